@@ -1,7 +1,7 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
 #   make demo            home the simulated arm and run a planned trajectory
-#   make test            the tests: one process for each core, then those in real time alone; not those
+#   make test            the tests: one process for each core, then those in real time, in two; not those
 #                        on an emulated board, which firmware-check runs
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
@@ -26,6 +26,9 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
             -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
+
+# Without bytecode each program that a test starts, and there are hundreds, takes twice as long to begin.
+unexport PYTHONDONTWRITEBYTECODE
 
 # An environment works only where it was made: in a folder that was moved it is made anew.
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
@@ -61,7 +64,7 @@ demo: $(VENV)/.demo
 test: $(VENV)/.dev
 	@status=0; \
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
-	$(BIN)/python -m pytest -m realtime --ignore-glob='$(EMULATED)' || status=1; \
+	$(BIN)/python -m pytest -n auto --maxprocesses 2 --dist worksteal -m realtime --ignore-glob='$(EMULATED)' || status=1; \
 	exit $$status
 
 check: lint types layers fresh
@@ -129,6 +132,8 @@ $(ROS2)/.ros2: $(INTERFACES) pyproject.toml constraints.txt
 	@$(ROS2_PIP) install --quiet -c constraints.txt hatchling -e '.[ros2]'
 	@echo "building the interface packages"
 	@$(ROS2_PIP) install --quiet --no-deps --no-build-isolation ./interfaces
+	@echo "building the firmware for the simulated arm"
+	@$(ROS2_PIP) install --quiet -c constraints.txt ./firmware/sim
 	@touch $@
 
 ros2: $(ROS2)/.ros2
@@ -140,7 +145,7 @@ laws: $(VENV)/.dev firmware
 	    tests/control/controllers/joint_trajectory/test_pausing.py \
 	    tests/control/controllers/joint_trajectory/test_invariants.py tests/planning/motions/test_cartesian.py \
 	    tests/planning/collision/test_broad_phase.py tests/planning/paths/test_blending.py tests/robot/test_planner_beside_itself.py \
-	    tests/drivers/test_unusable_values.py tests/remote/test_unusable_values.py tests/robot/test_unusable_values.py \
+	    tests/model/test_parameters.py tests/drivers/test_unusable_values.py tests/remote/test_unusable_values.py tests/robot/test_unusable_values.py \
 	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
 	    tests/drivers/link/test_handshake.py tests/sim/test_socket_bus.py tests/server/test_interleavings.py tests/oracle tests/firmware
 

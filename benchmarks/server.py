@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import os
 import socket
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +18,7 @@ import numpy as np
 import zenoh
 
 from benchmarks.measure import Row, at_most, duration, medians
+from benchmarks.owner_process import Arm, served
 from benchmarks.startup import process
 from bioscara.api import framing, runtime
 from bioscara.api import messages as m
@@ -71,50 +68,9 @@ class Client:
         return answer.result
 
 
-class Arm:
-    """The arm of :mod:`benchmarks.served_arm`."""
-
-    def __init__(self, program: subprocess.Popen[str]) -> None:
-        self._program = program
-
-    def tell(self, word: str) -> None:
-        """Send a word to the process."""
-        assert self._program.stdin
-        self._program.stdin.write(word + "\n")
-        self._program.stdin.flush()
-
-    def cycles(self) -> np.ndarray[Any, Any]:
-        """Return the time at the end of each cycle since the mark, and the speed of j1."""
-        assert self._program.stdout
-        self.tell("cycles")
-        return np.array(json.loads(self._program.stdout.readline()))
-
-    def memory(self) -> int:
-        """Return the resident memory of the process [byte]."""
-        text = Path(f"/proc/{self._program.pid}/status").read_text()
-        return 1024 * int(text.split("VmRSS:")[1].split()[0])
-
-
-@contextmanager
-def served(name: str, topic: str) -> Iterator[Arm]:
-    """Serve an arm in another process."""
-    program = subprocess.Popen(
-        [sys.executable, "-m", "benchmarks.served_arm", name, topic],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert program.stdin
-    assert program.stdout
-    try:
-        program.stdout.readline()
-        yield Arm(program)
-        program.stdin.write("end\n")
-        program.stdin.flush()
-        program.wait(30)
-    finally:
-        program.kill()
-        program.wait()
+def by_chance(first: int, second: int) -> float:
+    """Return two standard deviations of the difference of two counts of rare events."""
+    return 2.0 * math.sqrt(first + second)
 
 
 def _percentiles(values: list[float]) -> tuple[float, float]:
@@ -208,15 +164,6 @@ def _latencies(arm: Arm, name: str, folder: str, topic: str) -> list[Row]:
     ]
 
 
-def _lateness(arm: Arm, seconds: float) -> list[float]:
-    """Return how much later than due each cycle ended, against the earliest [s]."""
-    arm.tell("mark")
-    time.sleep(seconds)
-    ends = arm.cycles()[:, 0]
-    late = ends - np.arange(len(ends)) * 0.01
-    return list(late - late.min())
-
-
 def _reading(client: Client) -> None:
     """Read what comes, until the connection ends."""
     try:
@@ -232,14 +179,14 @@ def _crowd(arm: Arm, name: str) -> list[Row]:
     before = arm.memory()
     most = before
     for _ in range(TURNS):
-        alone += _lateness(arm, SECONDS)
+        alone += arm.lateness(SECONDS)
         clients = [Client(name, f"subscriber {number}") for number in range(CROWD)]
         for client in clients:
             client.ask(m.Subscribe(states=True, events_after=0))
         readers = [threading.Thread(target=_reading, args=(client,)) for client in clients[DEAF:]]
         for reader in readers:
             reader.start()
-        crowded += _lateness(arm, SECONDS)
+        crowded += arm.lateness(SECONDS)
         most = max(most, arm.memory())
         for client in clients:
             client.socket.shutdown(socket.SHUT_RDWR)
@@ -249,8 +196,6 @@ def _crowd(arm: Arm, name: str) -> list[Row]:
             client.socket.close()
     (_, p99), (_, calm) = _percentiles(crowded), _percentiles(alone)
     missed, missed_alone = (sum(late > 0.01 for late in each) for each in (crowded, alone))
-    # The difference of two counts of rare events deviates by the root of their sum.
-    by_chance = 2.0 * math.sqrt(missed + missed_alone)
     growth = most - before
     return [
         Row(
@@ -258,7 +203,7 @@ def _crowd(arm: Arm, name: str) -> list[Row]:
             f"{duration(p99)} ({p99 / calm:.2f} times); {missed} of {len(crowded)} a cycle late",
             f"with none, in turns: {duration(calm)}; {missed_alone} of {len(alone)} a cycle late",
             "at most 1.5 times, and no more cycles late than two standard deviations",
-            p99 <= 1.5 * calm and missed <= missed_alone + by_chance,
+            p99 <= 1.5 * calm and missed <= missed_alone + by_chance(missed, missed_alone),
         ),
         Row(
             "memory of the owner with them",
@@ -287,7 +232,7 @@ def _stop(arm: Arm, name: str) -> Row:
         stopper.ask(m.StopAll())
         while not client.ask(m.GetGoal(started.goal.goal)).goal.done:
             time.sleep(0.02)
-        ends, speeds = arm.cycles().T
+        ends, speeds, *_ = arm.cycles().T
         speeds = np.abs(speeds)
         index = int(np.searchsorted(ends, sent))
         gains = np.diff(speeds[index - 2 :])

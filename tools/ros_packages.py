@@ -1,9 +1,10 @@
 """Generate the parts of the ROS 2 packages in ``ros/`` that follow from the model.
 
 ``make generate`` writes the files, ``make fresh`` compares them: the macros of arm and gripper with
-their parameter files and meshes, MoveIt's SRDF and joint limits, and the installed copy of an
-example. The macros are those of the description that ``tools/description.py`` writes, with a prefix
-before each name and with the values of their parameter file.
+their parameter files and meshes, MoveIt's SRDF and joint limits, the definitions of our own
+interfaces, and the installed copy of an example. The macros are those of the description that
+``tools/description.py`` writes, with a prefix before each name and with the values of their
+parameter file.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
 ROOT = Path(__file__).parents[1]
 PACKAGES = ROOT / "ros"
 """Folder of the packages."""
+INTERFACES = "bioscara_interfaces"
+"""Package with our own interfaces."""
 EXAMPLE = ROOT / "examples/ros2/publisher_joint_trajectory_controller.py"
 """Example that a package installs as a program."""
 _ARM, _GRIPPER = "bioscara_arm_description", "bioscara_gripper_descriptions"
@@ -94,6 +97,9 @@ def files(parameters: ArmParameters) -> dict[str, bytes]:
             for mesh in element.iter("mesh"):
                 path = mesh.attrib["filename"].removeprefix(_MESHES)
                 binary[f"{package}/{path}"] = (DESCRIPTION / path).read_bytes()
+    definitions = ROOT / "interfaces/definitions"
+    for file in sorted((definitions / INTERFACES).glob("*/*")):
+        binary[file.relative_to(definitions).as_posix()] = file.read_bytes()
     return binary
 
 
@@ -296,7 +302,7 @@ def write(folder: Path, *, check: bool = False) -> list[str]:
             path.write_bytes(content)
             if path.parent.name == "scripts":
                 path.chmod(0o755)
-    for path in sorted(folder.glob("*/meshes/*/*")):
+    for path in sorted([*folder.glob("*/meshes/*/*"), *folder.glob(f"{INTERFACES}/*/*")]):
         name = path.relative_to(folder).as_posix()
         if name not in wanted:
             stale.append(name)

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from ros import launch_stand_in
+from ros.rig import Rig, Ros, rig
 from ros.share import make_prefix
+from served import HALF
+
+collect_ignore = ["ros_client.py"]
+"""A program for the Python with the wheels of ROS."""
 
 
 @pytest.fixture(scope="module")
@@ -20,3 +26,17 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def stand_in(monkeypatch: pytest.MonkeyPatch, prefix: Path) -> None:
     """Let launch files and xacro find the packages."""
     launch_stand_in.install(monkeypatch, prefix)
+
+
+@pytest.fixture(scope="session")
+def ros_rig() -> Iterator[Rig]:
+    """Return the rig, in which processes are started."""
+    with rig() as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def ros(ros_rig: Rig) -> Iterator[Ros]:
+    """Return clients of a node of a homed arm; the owner and the node run."""
+    with ros_rig.owner(*HALF), ros_rig.node(), ros_rig.clients() as clients:
+        yield clients

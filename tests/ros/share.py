@@ -14,7 +14,11 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ROOT / "ros"
-NAMES = sorted(path.parent.name for path in PACKAGES.glob("*/package.xml"))
+INTERFACES = "bioscara_interfaces"
+"""The package that is compiled: with colcon only."""
+NAMES = sorted(
+    path.parent.name for path in PACKAGES.glob("*/package.xml") if path.parent.name != INTERFACES
+)
 MOVEIT = PACKAGES / "bioscara_arm_gripper_128_moveit_config"
 GRIPPER = {"gripper_description_package": "bioscara_gripper_descriptions"}
 """Argument of the scene with a gripper."""

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from bioscara import __version__
-from ros.share import NAMES, PACKAGES, installed
+from ros.share import INTERFACES, NAMES, PACKAGES, installed
 
 PROJECT = tomllib.loads((PACKAGES / "pyproject.toml").read_text())
 SHARED = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["shared-data"]
@@ -42,6 +42,28 @@ def test_the_packages_have_the_names_of_the_original_and_none_hides_another() ->
         assert root.findtext("version") == __version__ == PROJECT["project"]["version"]
         assert root.findtext("export/build_type") == root.findtext("buildtool_depend")
         assert f"project({name} NONE)" in (PACKAGES / name / "CMakeLists.txt").read_text()
+
+
+def test_our_interfaces_have_a_package_for_colcon_with_the_same_definitions() -> None:
+    definitions = PACKAGES.parent / "interfaces/definitions" / INTERFACES
+    files = {path.relative_to(definitions): path.read_text() for path in definitions.glob("*/*")}
+    package = PACKAGES / INTERFACES
+    assert {path.relative_to(package): path.read_text() for path in package.glob("*/*")} == files
+    root = ET.parse(package / "package.xml").getroot()
+    assert root.findtext("version") == __version__
+    assert root.findtext("member_of_group") == "rosidl_interface_packages"
+    used = {
+        word.partition("/")[0]
+        for text in files.values()
+        for line in text.splitlines()
+        if "/" in (word := line.split("#")[0].partition(" ")[0])
+    }
+    declared = {tag.text for tag in root.findall("depend")}
+    assert used == declared - {"action_msgs"}
+    cmake = (package / "CMakeLists.txt").read_text()
+    for name in used:
+        assert f"find_package({name} REQUIRED)" in cmake
+    assert f"DEPENDENCIES {' '.join(sorted(used))})" in cmake
 
 
 def test_pip_and_cmake_install_the_same_files(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from ros.launch_stand_in import Launch, MoveItConfigs, Started
-from ros.share import MOVEIT, NAMES, PACKAGES, parameters_of
+from ros.share import INTERFACES, MOVEIT, NAMES, PACKAGES, parameters_of
 
 JTC = "velocity_joint_trajectory_controller"
 ARGUMENTS: dict[tuple[str, str], dict[str, str]] = {
@@ -166,15 +166,17 @@ def test_rule_7_the_packages_that_files_name_are_declared(name: str) -> None:
 def test_rule_7_what_is_listed_is_known() -> None:
     """Each dependency is a package of ours or one that these files are known to use."""
     known = {
-        "ament_index_python", "builtin_interfaces", "controller_manager", "joint_state_publisher",
+        "ament_index_python", "builtin_interfaces", "control_msgs", "controller_manager",
+        "controller_manager_msgs", "diagnostic_msgs", "joint_state_publisher",
         "joint_state_publisher_gui", "launch", "launch_ros", "moveit_configs_utils",
         "moveit_planners_ompl", "moveit_ros_move_group", "moveit_ros_visualization",
-        "moveit_setup_assistant", "moveit_simple_controller_manager", "pick_ik",
-        "pilz_industrial_motion_planner", "python3-yaml", "rclpy", "robot_state_publisher",
-        "rqt_joint_trajectory_controller", "rviz2", "sensor_msgs", "trajectory_msgs", "xacro",
+        "moveit_setup_assistant", "moveit_simple_controller_manager", "pal_statistics_msgs",
+        "pick_ik", "pilz_industrial_motion_planner", "python3-yaml", "rclpy",
+        "robot_state_publisher", "rqt_joint_trajectory_controller", "rviz2", "sensor_msgs",
+        "tf2_msgs", "trajectory_msgs", "xacro",
     }  # fmt: skip
     everything = set().union(*(own(name) for name in NAMES))
-    assert everything - set(NAMES) == known
+    assert everything - {*NAMES, INTERFACES} == known
 
 
 @pytest.mark.parametrize(

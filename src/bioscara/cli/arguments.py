@@ -28,7 +28,7 @@ _EPILOG = (
 )
 _OF_OWNERS = ("arms", "status", "lease", "events", "logs")
 """Commands about running owners."""
-_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", *_OF_OWNERS}
+_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", "ros", *_OF_OWNERS}
 """Commands that load no parameters, or leave it to their actions."""
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 _LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
@@ -67,18 +67,29 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_serve_command(parser)
     _add_owner_commands(parser)
     _add_web_command(parser)
+    _add_ros_command(parser)
     options = Options()
-    parser.read(words, options)
+    parsed, options.ros_arguments = _without_ros(words)
+    parser.read(parsed, options)
     options.words = words
     options.arm = getattr(options, "arm", None)
     _choose_owner(parser.commands[options.command], options)
     _check(parser.commands[options.command], options)
     for gateway in getattr(options, "gateways", ()):
         # Refused here, not when it is started again and again.
-        parse([*gateway, "--arm", options.name])
+        parse([gateway[0], "--arm", options.name, *gateway[1:]])
     if getattr(options, "degrees", False):
         _convert_degrees(options)
     return options
+
+
+def _without_ros(words: list[str]) -> tuple[list[str], list[str]]:
+    """Return the words without those of ROS, which begin with --ros-args and end with --."""
+    if words[:1] != ["ros"] or "--ros-args" not in words:
+        return words, []
+    begin = words.index("--ros-args")
+    end = words.index("--", begin) if "--" in words[begin:] else len(words)
+    return words[:begin] + words[end + 1 :], words[begin:end]
 
 
 def _choose_owner(parser: Parser, options: Options) -> None:
@@ -138,6 +149,8 @@ def _check(parser: Parser, options: Options) -> None:
         _check_view(parser, options)
     if options.command == "web":
         _check_web(parser, options)
+    if options.command == "ros" and options.bus and options.arm:
+        parser.error("--arm and --bus exclude one another; leave out one of them")
 
 
 def _convert_degrees(options: Options) -> None:
@@ -696,6 +709,23 @@ def _add_web_command(commands: Parser) -> None:
         metavar="FILE",
         type=Path,
         help="file with the tokens, made if it does not exist (default: beside the owner's socket)",
+    )
+
+
+def _add_ros_command(commands: Parser) -> None:
+    ros = _add_command(
+        commands,
+        "ros",
+        "Be the controller manager of an arm for clients of ROS 2, until Ctrl-C. All that follows "
+        "--ros-args is for ROS.",
+    )
+    _add_arm(ros)
+    ros.add_argument(
+        "--bus",
+        metavar="BUS",
+        default="",
+        help="own the arm on this bus, 'sim' (simulated) or 'linux:1' (I2C bus 1), instead of "
+        "using that of another owner",
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 from bioscara.cli.output.console import ExitStatus, complain
 from bioscara.spelling import did_you_mean
 
-_GATEWAYS = ("web", "record")
+_GATEWAYS = ("web", "record", "ros")
 """Commands that run beside an owner."""
 
 

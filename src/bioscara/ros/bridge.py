@@ -1,0 +1,68 @@
+"""What all parts of the node have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.parameter import Parameter
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from bioscara.errors import BioscaraError
+from bioscara.ros.arm_time import ArmTime
+from bioscara.ros.description import RobotDescription
+from bioscara.ros.goals import Goals
+from bioscara.ros.owner import OwnerConnection
+
+SERVICES = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+"""Quality of service of the manager's services: no call is dropped while another one runs."""
+
+
+@dataclass
+class Bridge:
+    """What all parts of the node have in common.
+
+    Attributes:
+        node: The node ``controller_manager``.
+        executor: Runs the callbacks of all nodes.
+        description: The robot description.
+        owner: The connection to the owner of the arm.
+        time: Converts times.
+        goals: Goals of controllers.
+        serial: Callbacks that change controllers: one runs at a time.
+        parallel: Callbacks that run beside all others.
+    """
+
+    node: Any
+    executor: Any
+    description: RobotDescription
+    owner: OwnerConnection
+    time: ArmTime
+    goals: Goals = field(default_factory=Goals)
+    serial: Any = field(default_factory=MutuallyExclusiveCallbackGroup)
+    parallel: Any = field(default_factory=ReentrantCallbackGroup)
+
+    def parameter(self, name: str) -> Any:
+        """Return a parameter of the manager; None if it is not given."""
+        return self.node.get_parameter_or(name, Parameter(name)).value
+
+    def attempt(self, what: str, call: Callable[[], str | None]) -> tuple[bool, str]:
+        """Carry out what a client asks for.
+
+        Args:
+            what: The request, for the log.
+            call: Does it, and returns the message for the client.
+
+        Returns:
+            Whether it was done, and the message: why not, otherwise.
+        """
+        try:
+            return True, call() or ""
+        except BioscaraError as error:
+            self.node.get_logger().error(f"{what}: {error}")
+            return False, str(error)
+        except Exception as error:  # noqa: BLE001  a client without an answer would wait for ever
+            self.node.get_logger().fatal(f"{what}, a defect: {error!r}")
+            return False, f"the node has a defect: {error!r}"

@@ -1,0 +1,154 @@
+"""A loaded controller as ROS sees it: a node of its name, with its parameters."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
+
+from bioscara.api import messages as m
+from bioscara.errors import BioscaraError, ConfigurationError
+from bioscara.ros.bridge import Bridge
+
+
+class ControllerNode:
+    """The node of a controller; a subclass adds what its type offers while it is configured.
+
+    Args:
+        bridge: What all parts have in common.
+        name: Name of the controller.
+        kind: Its type.
+        arguments: Further arguments of the node, as ``--params-file FILE``.
+
+    Attributes:
+        node: The node.
+        name: As given.
+        kind: As given.
+        sent: Parameters that the owner has, as it got them; None if it refuses them so far.
+        configured: Whether the controller is configured.
+
+    Raises:
+        ConfigurationError: ROS refuses the name or the arguments.
+    """
+
+    def __init__(self, bridge: Bridge, name: str, kind: str, arguments: list[str]) -> None:
+        self.bridge, self.name, self.kind = bridge, name, kind
+        self.sent: dict[str, Any] | None = None
+        self.configured = False
+        self._entities: list[tuple[Any, Any]] = []
+        # Held while the entities are used by the thread that publishes, or made or destroyed.
+        self._publishing = threading.Lock()
+        try:
+            self.node = Node(
+                name,
+                context=bridge.node.context,
+                cli_args=["--ros-args", *arguments, "--"] if arguments else None,
+                allow_undeclared_parameters=True,
+                automatically_declare_parameters_from_overrides=True,
+            )
+        except Exception as error:
+            # Of rclpy, for a file that is missing or wrong, arguments, and names.
+            raise ConfigurationError(f"the node {name} cannot be made: {error}") from error
+        self.node.add_on_set_parameters_callback(self._check_parameters)
+        bridge.executor.add_node(self.node)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the node's parameters, by their names with dots."""
+        found = self.node.get_parameters_by_prefix("")
+        return {name: parameter.value for name, parameter in found.items()}
+
+    def configure(self) -> None:
+        """Offer what the controller offers from now on."""
+        with self._publishing:
+            if not self.configured:
+                self.create()
+                self.configured = True
+
+    def cleanup(self) -> None:
+        """Stop offering it."""
+        with self._publishing:
+            self.configured = False
+            while self._entities:
+                destroy, entity = self._entities.pop()
+                destroy(entity)
+
+    def take(self, sample: m.ControllersSample) -> None:
+        """Publish what a sample has of this controller, which is active, while it is configured."""
+        with self._publishing:
+            if self.configured:
+                self.publish(sample)
+
+    def close(self) -> None:
+        """End the node."""
+        self.cleanup()
+        self.bridge.executor.remove_node(self.node)
+        self.node.destroy_node()
+
+    def create(self) -> None:
+        """Create topics, services and actions; here none."""
+
+    def publish(self, sample: m.ControllersSample) -> None:
+        """Publish what a sample has of this controller; here nothing."""
+
+    def report(self, ended: m.EndedGoal) -> None:
+        """Report the end of a goal where no action does; here not."""
+
+    def changed(self, parameters: Mapping[str, Any]) -> str:
+        """Apply parameters that were set while it is configured; return why not, or nothing."""
+        names = sorted(set(parameters) - {"use_sim_time"})
+        if not names:
+            return ""
+        return (
+            f"{', '.join(names)} cannot be changed while {self.name} is configured; clean it up "
+            "first"
+        )
+
+    def publisher(self, kind: Any, topic: str, qos: Any) -> Any:
+        """Create a publisher."""
+        entity = self.node.create_publisher(kind, topic, qos)
+        self._entities.append((self.node.destroy_publisher, entity))
+        return entity
+
+    def subscription(self, kind: Any, topic: str, callback: Any, qos: Any) -> None:
+        """Create a subscription; errors of the callback are logged."""
+
+        def receive(message: Any) -> None:
+            try:
+                callback(message)
+            except BioscaraError as error:
+                self.node.get_logger().warning(
+                    f"{topic}: {error}", throttle_duration_sec=1.0, skip_first=False
+                )
+
+        # A group of its own: messages must not overtake one another.
+        entity = self.node.create_subscription(
+            kind, topic, receive, qos, callback_group=MutuallyExclusiveCallbackGroup()
+        )
+        self._entities.append((self.node.destroy_subscription, entity))
+
+    def service(self, kind: Any, name: str, callback: Any) -> None:
+        """Create a service."""
+        entity = self.node.create_service(kind, name, callback, callback_group=self.bridge.parallel)
+        self._entities.append((self.node.destroy_service, entity))
+
+    def own(self, action: Any, finish: Callable[[], object]) -> None:
+        """Destroy an action server with the other entities, after ``finish``."""
+
+        def destroy(server: Any) -> None:
+            finish()
+            server.destroy()
+
+        self._entities.append((destroy, action))
+
+    def _check_parameters(self, parameters: list[Any]) -> SetParametersResult:
+        reason = ""
+        if self.configured:
+            try:
+                reason = self.changed({each.name: each.value for each in parameters})
+            except BioscaraError as error:
+                reason = str(error)
+        return SetParametersResult(successful=not reason, reason=reason)

@@ -1,0 +1,242 @@
+"""The node: waits for a description and an owner, then offers everything."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+from typing import Any
+
+import rclpy
+from rclpy.executors import (
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    ShutdownException,
+)
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
+
+from bioscara.api import messages as m
+from bioscara.errors import BioscaraError, ConfigurationError
+from bioscara.ros.arm_time import ArmTime
+from bioscara.ros.bridge import Bridge
+from bioscara.ros.description import RobotDescription
+from bioscara.ros.loaded import LoadedControllers
+from bioscara.ros.manager_services import ManagerServices
+from bioscara.ros.observation import Observation
+from bioscara.ros.owner import OwnerConnection
+from bioscara.ros.parameters import without_effect
+from bioscara.ros.robot_frames import DESCRIPTION, LATCHED, RobotFrames
+
+NAME = "controller_manager"
+_THREADS = 16
+"""Threads for callbacks: each goal that runs keeps one."""
+_POLL = 0.05
+"""Time between two looks at whether to end [s]."""
+_REMIND = 100
+"""Looks between two messages that something is missing."""
+
+
+class ControllerManagerNode:
+    """The node ``controller_manager`` and what belongs to it.
+
+    Args:
+        arm: Name of the owner.
+        arguments: Arguments of ROS: ``--ros-args`` and what follows.
+        description: The robot description where no parameter has one; empty to wait for the topic.
+
+    Attributes:
+        node: The node.
+
+    Raises:
+        ConfigurationError: ROS refuses the arguments, or the description in the parameter cannot be
+            used.
+    """
+
+    def __init__(self, arm: str, arguments: Sequence[str], description: str = "") -> None:
+        self._context = rclpy.Context()
+        try:
+            rclpy.init(
+                args=list(arguments),
+                context=self._context,
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+            self.node = Node(
+                NAME,
+                context=self._context,
+                allow_undeclared_parameters=True,
+                automatically_declare_parameters_from_overrides=True,
+            )
+        except Exception as error:
+            # Of rclpy, for arguments and files that it cannot read.
+            text = str(error).partition(", at ")[0]
+            raise ConfigurationError(f"ROS refuses the arguments: {text}") from error
+        self._log = self.node.get_logger()
+        self._executor = MultiThreadedExecutor(_THREADS, context=self._context)
+        self._executor.add_node(self.node)
+        self._time = ArmTime(self._simulated_time)
+        self._owner = OwnerConnection(arm, self._take, self._listed, self._changed)
+        self._bridge: Bridge | None = None
+        self._frames: RobotFrames | None = None
+        self._loaded: LoadedControllers | None = None
+        self._observation: Observation | None = None
+        self._description: RobotDescription | None = None
+        self._ending = False
+        self._spinning = threading.Thread(target=self._spin, name="bioscara-ros-spin", daemon=True)
+        parameters = self.node.get_parameters_by_prefix("")
+        for text in without_effect({name: each.value for name, each in parameters.items()}):
+            self._log.warning(text)
+        if given := self.parameter(DESCRIPTION) or description:
+            self._description = RobotDescription(str(given))
+            self._frames = RobotFrames(self.node, self._description, self._time)
+        self.node.create_subscription(String, DESCRIPTION, self._hear_description, LATCHED)
+
+    def parameter(self, name: str) -> Any:
+        """Return a parameter of the manager; None if it is not given."""
+        found = self.node.get_parameter_or(name, None)
+        return None if found is None else found.value
+
+    def run(self, ended: Callable[[], bool], check: Callable[[], object] | None = None) -> None:
+        """Run until ``ended`` returns true, or ROS is shut down; then deactivate everything.
+
+        Args:
+            ended: Returns whether to end.
+            check: Called again and again; its exception ends the node, too.
+        """
+        self._spinning.start()
+        self._owner.start()
+        try:
+            for number in itertools.count(1):
+                if ended() or not self._context.ok():
+                    break
+                if check is not None:
+                    check()
+                if self._bridge is None and self._description is not None and self._owner.connected:
+                    self._offer(self._description)
+                if number % _REMIND == 0:
+                    self._remind()
+                time.sleep(_POLL)
+        finally:
+            self._close()
+
+    def _spin(self) -> None:
+        while self._context.ok() and not self._ending:
+            try:
+                self._executor.spin_once(timeout_sec=1.0)
+            except (ExternalShutdownException, ShutdownException):
+                return
+            except Exception as error:  # noqa: BLE001  of a callback: the others go on
+                self._log.error(f"a callback has failed: {error!r}")
+
+    def _simulated_time(self) -> float | None:
+        clock = self.node.get_clock()
+        return 1e-9 * float(clock.now().nanoseconds) if clock.ros_time_is_active else None
+
+    def _hear_description(self, message: Any) -> None:
+        if self._description is None:
+            try:
+                self._description = RobotDescription(message.data)
+            except ConfigurationError as error:
+                self._log.error(f"the description on the topic cannot be used: {error}")
+        elif message.data != self._description.text:
+            self._log.warning(
+                "another robot_description was published and is ignored; start the node anew to "
+                "use it"
+            )
+
+    def _offer(self, description: RobotDescription) -> None:
+        """Create the services, now that there are a description and an owner."""
+        bridge = Bridge(self.node, self._executor, description, self._owner, self._time)
+        self._loaded = LoadedControllers(bridge)
+        self._observation = Observation(bridge, self._loaded)
+        ManagerServices(bridge, self._loaded)
+        if find_spec("bioscara_interfaces") is None:
+            self._log.warning(
+                "bioscara_interfaces is not installed: there are no services for plans, named "
+                "poses, STOP and faults; build ros/bioscara_interfaces with colcon"
+            )
+        else:
+            # Imported here: not installed on each computer with ROS.
+            from bioscara.ros.arm_actions import ArmActions  # noqa: PLC0415
+            from bioscara.ros.arm_services import ArmServices  # noqa: PLC0415
+
+            ArmServices(bridge)
+            ArmActions(bridge)
+        self._bridge = bridge
+        names = ", ".join(component.name for component in description.components)
+        self._log.info(f"controls {names} of arm {self._owner.name}")
+
+    def _remind(self) -> None:
+        """Report what is missing, or there twice."""
+        if self._description is None:
+            self._log.warning(
+                "waiting for robot_description, as a parameter or on the topic of that name"
+            )
+        if not self._owner.connected:
+            self._log.warning(f"waiting: {self._owner.reason}")
+        own = (self.node.get_name(), self.node.get_namespace())
+        if self.node.get_node_names_and_namespaces().count(own) > 1:
+            self._log.error(
+                f"another node is named {self.node.get_fully_qualified_name()}: clients reach any "
+                "of the two; end one, or give it a namespace"
+            )
+
+    def _take(self, sample: m.ControllersSample) -> None:
+        """Publish a sample; the next ones follow, whatever happens."""
+        try:
+            self._publish(sample)
+        except Exception as error:  # noqa: BLE001  of rclpy, where the node ends meanwhile
+            self._log.error(f"a sample was not published: {error!r}", throttle_duration_sec=1.0)
+
+    def _publish(self, sample: m.ControllersSample) -> None:
+        self._time.update(sample.time, sample.wall)
+        if self._frames is not None:
+            self._frames.take(sample)
+        if self._bridge is not None and self._loaded is not None:
+            self._bridge.goals.take(sample.ended)
+            self._loaded.take(sample)
+
+    def _listed(self) -> None:
+        """Follow a change of controllers or hardware."""
+        if self._loaded is not None and self._observation is not None:
+            self._observation.publish_activity(self._loaded.follow())
+
+    def _changed(self, reason: str | None) -> None:
+        """Follow the loss of the owner, or its return."""
+        if reason is None:
+            rate, wanted = round(1.0 / self._owner.robot.period), self.parameter("update_rate")
+            self._log.info(f"connected to the owner of {self._owner.robot.description}")
+            if wanted is not None and wanted != rate:
+                self._log.warning(
+                    f"update_rate {wanted} Hz: the owner of the arm runs at {rate} Hz"
+                )
+            return
+        self._log.error(reason)
+        if self._bridge is not None and self._loaded is not None and self._observation is not None:
+            self._bridge.goals.lose(reason)
+            self._loaded.close()
+            self._observation.publish_activity(m.ControllerList((), (), ()))
+
+    def _close(self) -> None:
+        """Deactivate and unload the controllers, and end the node."""
+        if self._loaded is not None:
+            try:
+                self._loaded.shut_down()
+            except BioscaraError as error:
+                self._log.error(f"the controllers were not unloaded: {error}")
+            self._loaded.close()
+        self._owner.close()
+        # In this order ROS tells the others that the node has ended; a program that only exits is
+        # taken to be there for 20 s more.
+        self._ending = True
+        self._executor.wake()
+        self._spinning.join(2.0)
+        if self._bridge is not None:
+            self._bridge.goals.lose("the node has ended")
+        self._executor.shutdown(timeout_sec=1.0)
+        self.node.destroy_node()
+        self._context.try_shutdown()
+        self._context.destroy()

@@ -1,0 +1,82 @@
+"""An owner of the arm in a child process, for a node that is started with a bus."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+from types import TracebackType
+from typing import Self
+
+from bioscara.errors import HardwareError
+
+_SET_DEATH_SIGNAL = 1
+"""``PR_SET_PDEATHSIG`` of prctl(2)."""
+_PATIENCE = 8.0
+"""Time in which it has to end [s]: launch kills the node after 10 s."""
+
+
+class OwnerProcess:
+    """``bioscara serve`` in a child process, from entering to leaving.
+
+    It ends with this process, however that ends. Entered in the main thread.
+
+    Args:
+        bus: Name of the bus.
+        name: Name of the arm.
+        rate: Control cycles per second [Hz]; None for the rate that suits the joints.
+    """
+
+    def __init__(self, bus: str, name: str, rate: int | None) -> None:
+        self._words = ["serve", "--bus", bus, "--name", name]
+        if rate is not None:
+            self._words += ["--rate", str(rate)]
+
+    def __enter__(self) -> Self:
+        # In a group of its own: Ctrl-C is for the node, which ends it after the controllers.
+        self._process = subprocess.Popen(  # noqa: S603  this program
+            [sys.executable, "-m", __name__, str(os.getpid()), *self._words],
+            start_new_session=True,
+        )
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self._process.poll() is None:
+            self._process.terminate()
+        try:
+            self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def check(self) -> None:
+        """Raise if it has ended.
+
+        Raises:
+            HardwareError: It has.
+        """
+        status = self._process.poll()
+        if status is not None:
+            raise HardwareError(
+                f"the owner of the arm has ended with status {status}; its last message says why"
+            )
+
+
+def main() -> None:
+    """Become ``bioscara`` with the given words, and get SIGTERM when the given parent ends."""
+    parent, *words = sys.argv[1:]
+    ctypes.CDLL(None).prctl(_SET_DEATH_SIGNAL, signal.SIGTERM)
+    if os.getppid() != int(parent):
+        return
+    os.execv(sys.executable, [sys.executable, "-m", "bioscara", *words])  # noqa: S606  likewise
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,40 @@
+"""A simulated arm near its end stops, served until SIGTERM.
+
+    arm_to_serve.py SPEED [J1 J2 J3 J4]
+
+SPEED is the factor by which its time is faster than real time. With positions it is homed, enabled
+and there; a line "served" reports that clients can connect.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+from bioscara.api.runtime import folder
+from bioscara.server.serve import ServeSettings, serving
+from served import NAME, own_robot
+
+RATE = 50
+"""Cycles per second, as in the parameter files of the bringup: four joints that follow velocities
+alone take more of the bus than those that follow both."""
+
+
+def main() -> None:
+    """Serve it."""
+    speed, *at = map(float, sys.argv[1:])
+    evidence = Path(folder()) / "faults"
+    with own_robot(evidence, rate=RATE) as robot:
+        if at:
+            robot.home()
+            robot.move_joints(at)
+            robot.disable()
+        with serving(robot, ServeSettings(NAME, "sim", evidence=evidence, speed=speed)):
+            print("served", flush=True)  # noqa: T201  for the test
+            signal.sigwait({signal.SIGTERM})
+
+
+if __name__ == "__main__":
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+    main()
