@@ -74,8 +74,14 @@ lint: $(VENV)/.dev
 	@$(BIN)/ruff format --check .
 	@$(BIN)/python tools/prose.py
 
-types: $(VENV)/.dev
+types: $(VENV)/.dev tools/dashboard/node_modules/.installed
 	@$(BIN)/mypy
+	@tools/dashboard/node_modules/.bin/tsc -p tools/dashboard
+
+tools/dashboard/node_modules/.installed: tools/dashboard/package.json tools/dashboard/package-lock.json
+	@command -v npm >/dev/null || { echo "no npm, which the types of the dashboard need: on Debian and Ubuntu, apt install npm" >&2; exit 1; }
+	@cd tools/dashboard && npm ci --ignore-scripts --no-audit --no-fund --silent
+	@touch $@
 
 layers: $(VENV)/.dev
 	@$(BIN)/lint-imports
@@ -86,6 +92,7 @@ fresh: $(VENV)/.dev
 	@$(BIN)/python -m tools.description --check
 	@$(BIN)/python -m tools.ros_packages --check
 	@$(BIN)/python -m tools.api_reference --check
+	@$(BIN)/python -m tools.message_types --check
 
 generate: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate .
@@ -93,6 +100,7 @@ generate: $(VENV)/.dev
 	@$(BIN)/python -m tools.description
 	@$(BIN)/python -m tools.ros_packages
 	@$(BIN)/python -m tools.api_reference
+	@$(BIN)/python -m tools.message_types
 
 firmware:
 	@$(MAKE) --no-print-directory -C firmware/joint

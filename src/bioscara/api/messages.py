@@ -1055,10 +1055,14 @@ class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
         events_after: Number after which to send events, 0 for all that are kept; null for none.
         controllers: Whether to send samples of the clients' controllers, likewise conflated.
         controllers_period: Least time between two of those.
+        unconfirmed: Number of state samples that are sent before the client confirms one by
+            :class:`Received`; 0 for no limit. For clients that read without processing: a browser
+            takes megabytes for a page that stands still, and would show them late.
     """
 
     states: bool = False
     period: float = 0.0
+    unconfirmed: int = 0
     events_after: int | None = None
     controllers: bool = False
     controllers_period: float = 0.0
@@ -1168,7 +1172,17 @@ class ClientRequest(
     epoch: int | None = None
 
 
-FromClient = ClientHello | ClientRequest
+class Received(ApiMessage, frozen=True, forbid_unknown_fields=True, tag="received"):
+    """Confirm a state sample and those before it; has no answer.
+
+    Attributes:
+        cycle: Its number.
+    """
+
+    cycle: int
+
+
+FromClient = ClientHello | ClientRequest | Received
 
 
 # From the owner: results.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
@@ -123,11 +123,25 @@ class _Subscription:
         period: Least time between two of them [s].
         due: Time from which on the next one is sent, on the arm's clock [s].
         behind: Whether one was left out, as the client still read.
+        ahead: Number that are sent before the client confirms one; 0 for no limit.
+        unconfirmed: Cycles of the samples that it has not confirmed.
     """
 
     period: float
     due: float = 0.0
     behind: bool = False
+    ahead: int = 0
+    unconfirmed: deque[int] = field(default_factory=deque)
+
+    @property
+    def full(self) -> bool:
+        """Whether the client has to confirm one before the next is sent."""
+        return 0 < self.ahead <= len(self.unconfirmed)
+
+    def confirm(self, cycle: int) -> None:
+        """Take it that the client has the samples up to a cycle."""
+        while self.unconfirmed and self.unconfirmed[0] <= cycle:
+            self.unconfirmed.popleft()
 
 
 class Sessions:
@@ -240,15 +254,29 @@ class Connection(asyncio.Protocol):
     def resume_writing(self) -> None:
         """The client has read everything: send what is newest."""
         self._full = False
+        self._catch_up()
+        self._pump()
+
+    def _catch_up(self) -> None:
+        """Send the newest samples in place of those that were left out."""
         newest = {
             m.StateSample: self._owner.sample,
             m.ControllersSample: self._owner.controllers_sample,
         }
         for kind, subscription in self._subscriptions.items():
-            if subscription.behind and (sample := newest[kind]) is not None:
+            if not subscription.behind or subscription.full:
+                continue
+            if (sample := newest[kind]) is not None:
                 subscription.behind = False
+                if subscription.ahead:
+                    subscription.unconfirmed.append(sample.cycle)
                 self._send(sample)
-        self._pump()
+
+    def _confirm(self, cycle: int) -> None:
+        if (subscription := self._subscriptions.get(m.StateSample)) is not None:
+            subscription.confirm(cycle)
+            if not self._full:
+                self._catch_up()
 
     def _receive(self, payload: bytes) -> None:
         if self._session is None and payload[:1] == b"{":
@@ -270,6 +298,8 @@ class Connection(asyncio.Protocol):
             self._greet(message)
         elif self._session is None:
             self._reject(None, ProtocolError("a request came before hello"))
+        elif isinstance(message, m.Received):
+            self._confirm(message.cycle)
         else:
             self._request(self._session, message)
 
@@ -414,10 +444,16 @@ class Connection(asyncio.Protocol):
                 error = InvalidArgumentError(f"period {period:g} s must not be below zero")
                 self._send(m.RequestFailed(number, failure_of(error)))
                 return
+        if command.unconfirmed < 0:
+            error = InvalidArgumentError(f"unconfirmed {command.unconfirmed} must not be below zero")
+            self._send(m.RequestFailed(number, failure_of(error)))
+            return
         self._send(m.Response(number, m.Done()))
         self._subscriptions = {}
         if command.states:
-            self._subscriptions[m.StateSample] = _Subscription(command.period)
+            self._subscriptions[m.StateSample] = _Subscription(
+                command.period, ahead=command.unconfirmed
+            )
         if command.controllers:
             self._subscriptions[m.ControllersSample] = _Subscription(command.controllers_period)
         self._cursor = command.events_after
@@ -448,9 +484,11 @@ class Connection(asyncio.Protocol):
         if self._ending or time < subscription.due:
             return
         subscription.due = time + 0.999 * subscription.period
-        if self._full:
+        if self._full or subscription.full:
             subscription.behind = True
         else:
+            if subscription.ahead:
+                subscription.unconfirmed.append(self._owner.sample.cycle)
             self._write(sample.json if self._encode is framing.encode_json else sample.packed)
 
     def pump(self) -> None:

@@ -8,7 +8,6 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from http import HTTPStatus
-from importlib.resources import files
 from typing import Annotated, Any
 from urllib.parse import quote
 
@@ -20,6 +19,7 @@ from starlette.types import ASGIApp
 from bioscara.api import messages as m
 from bioscara.api.failures import failure_of
 from bioscara.api.runtime import find
+from bioscara.dashboard.assets import Asset, read_assets
 from bioscara.errors import BioscaraError, InvalidArgumentError, OwnerLostError
 from bioscara.version import __version__
 from bioscara.web.addresses import OwnAddresses
@@ -40,14 +40,8 @@ from bioscara.web.tokens import Tokens
 
 WEBSOCKETS, VIEWERS = 64, 48
 """Largest number of WebSockets at once, and of those above which only operators may connect."""
-_PAGE = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
-    "/page.css": ("page.css", "text/css; charset=utf-8"),
-    "/icon.svg": ("icon.svg", "image/svg+xml"),
-}
-"""Files of the page by their paths: no other path is ever looked up."""
-PUBLIC = frozenset({*_PAGE, "/healthz", "/session"})
+_ASSETS = read_assets()
+PUBLIC = frozenset({*_ASSETS, "/healthz", "/session"})
 """Paths that need no credential: they tell nothing of the arm."""
 _BODY_MAX = 1024
 """Longest body of a request [byte]."""
@@ -173,9 +167,8 @@ def make_app(settings: WebSettings) -> FastAPI:
 
 
 def _add_page(app: FastAPI, settings: WebSettings) -> None:
-    for path, (name, media_type) in _PAGE.items():
-        content = files("bioscara.web").joinpath("page", name).read_bytes()
-        route = _file_route(content, media_type)
+    for path, asset in _ASSETS.items():
+        route = _asset_route(asset)
         app.add_api_route(path, route, response_class=Response, include_in_schema=False)
 
     @app.get("/healthz", response_class=Response, summary="Whether gateway and owner run.")
@@ -266,11 +259,15 @@ def _add_questions(app: FastAPI, queries: OwnerQueries) -> None:
         )
 
 
-def _file_route(content: bytes, media_type: str) -> Callable[..., Awaitable[Response]]:
-    async def send_file() -> Response:
-        return Response(content, media_type=media_type)
+def _asset_route(asset: Asset) -> Callable[..., Awaitable[Response]]:
+    async def send_asset(request: Request) -> Response:
+        headers = {"Vary": "Accept-Encoding"}
+        if "gzip" in request.headers.get("accept-encoding", ""):
+            headers["Content-Encoding"] = "gzip"
+            return Response(asset.compressed, media_type=asset.media_type, headers=headers)
+        return Response(asset.content, media_type=asset.media_type, headers=headers)
 
-    return send_file
+    return send_asset
 
 
 def _question_route(

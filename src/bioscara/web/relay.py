@@ -195,6 +195,9 @@ class Relay:
         if not self._greeted:
             await self._refuse(None, ProtocolError("a request came before hello"))
             return Closing(_REFUSED, "a request came before hello")
+        if isinstance(message, m.Received):
+            await owner.send(payload)
+            return None
         needed = required_scope(message.command)
         if needed > self._client.scope:
             command = message.command

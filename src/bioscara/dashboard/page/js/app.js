@@ -1,0 +1,153 @@
+// What all parts of the page share: the arm, its commands, messages to the person, the texts.
+
+/** @import { AnyTask, GoalValue } from "../messages.d.ts" */
+/** @import { Connection } from "./connection.js" */
+
+import { Arm } from "./arm.js";
+import { ConnectionError, RequestError } from "./connection.js";
+import { text } from "./texts.js";
+
+/**
+ * A part of the page that has a tab.
+ *
+ * @typedef {Object} Panel
+ * @property {string} id Its id, also of its texts: `tab.ID`.
+ * @property {(host: HTMLElement, app: App) => PanelView} mount Builds it in an element, once.
+ * @property {(app: App) => boolean} [available] Whether it is there for this arm; by default it is.
+ *
+ * @typedef {Object} PanelView
+ * @property {() => void} [show] Called when it becomes visible.
+ * @property {() => void} [hide] Called when it is not visible any more.
+ */
+
+/** A command was given without the lease. */
+export class NoLeaseError extends Error {}
+
+/** The page's model and its commands. */
+export class App {
+  /**
+   * @param {Connection} connection The connection to the owner.
+   * @param {Arm} arm The arm.
+   */
+  constructor(connection, arm) {
+    this.connection = connection;
+    this.arm = arm;
+    /** @type {((message: string, kind: "info" | "error") => void)[]} */
+    this.messageListeners = [];
+    /** Called when a jog, or whatever else is held, has to end. @type {((why: string) => void)[]} */
+    this.interrupts = [];
+    /** A plan, or another trajectory, that the view shows; null for none. @type {Preview | null} */
+    this.preview = null;
+    /** @type {(() => void)[]} */
+    this.previewListeners = [];
+  }
+
+  /**
+   * Begin a goal.
+   *
+   * @param {AnyTask} task What it does.
+   * @param {{timeout?: number | null}} [options] Limits.
+   * @returns {Promise<GoalValue>} The goal as it begins.
+   * @throws {NoLeaseError} This page does not command the arm.
+   * @throws {RequestError} The owner refuses it.
+   */
+  async start(task, options = {}) {
+    const result = await this.request({ kind: "start", task, timeout: options.timeout ?? null });
+    return result.goal;
+  }
+
+  /**
+   * Send a command that needs the lease.
+   *
+   * @param {import("../messages.d.ts").AnyCommand} command The command.
+   * @returns {Promise<any>} The result.
+   */
+  request(command) {
+    if (this.arm.epoch === null) return Promise.reject(new NoLeaseError(text("error.no_lease")));
+    return this.connection.request(command, this.arm.epoch);
+  }
+
+  /**
+   * Ask a question, which needs no lease.
+   *
+   * @param {import("../messages.d.ts").AnyCommand} command The question.
+   * @returns {Promise<any>} The result.
+   */
+  ask(command) {
+    return this.connection.request(command);
+  }
+
+  /**
+   * Wait for the end of a goal.
+   *
+   * @param {number} number The goal.
+   * @returns {Promise<GoalValue>} As it ended.
+   */
+  ended(number) {
+    return new Promise((resolve) => {
+      const look = () => {
+        const goal = this.arm.goals.get(number);
+        if (goal && ["succeeded", "cancelled", "failed"].includes(goal.status)) resolve(goal);
+      };
+      this.arm.on("goals", look);
+      look();
+    });
+  }
+
+  /**
+   * Do something for the person, and show why if it fails.
+   *
+   * @param {() => Promise<unknown>} work What to do.
+   * @returns {Promise<boolean>} Whether it was done.
+   */
+  async attempt(work) {
+    try {
+      await work();
+      return true;
+    } catch (error) {
+      if (!(error instanceof RequestError || error instanceof ConnectionError || error instanceof NoLeaseError)) {
+        console.error(error);
+      }
+      this.say(error instanceof Error ? error.message : String(error), "error");
+      return false;
+    }
+  }
+
+  /**
+   * Show a message to the person.
+   *
+   * @param {string} message The message.
+   * @param {"info" | "error"} [kind] Its kind.
+   */
+  say(message, kind = "info") {
+    for (const listener of this.messageListeners) listener(message, kind);
+  }
+
+  /**
+   * End whatever is held, such as a jog.
+   *
+   * @param {string} why Why, for messages.
+   */
+  interrupt(why) {
+    for (const listener of this.interrupts) listener(why);
+  }
+
+  /**
+   * Show a trajectory in the view; null removes it.
+   *
+   * @param {Preview | null} preview The trajectory.
+   */
+  showPreview(preview) {
+    this.preview = preview;
+    for (const listener of this.previewListeners) listener();
+  }
+}
+
+/**
+ * @typedef {Object} Preview
+ * @property {string} title What it is.
+ * @property {import("../messages.d.ts").TrajectoryValue} trajectory The trajectory.
+ * @property {number | null} plan Number of the owner's plan; null if it is none.
+ * @property {(() => Promise<unknown>) | null} execute Begins it; null if it can only be looked at.
+ * @property {number} time Time in it that the view shows [s].
+ */

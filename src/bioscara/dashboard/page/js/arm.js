@@ -1,0 +1,297 @@
+// What this page knows of the arm: the newest sample with its age, lease, faults, workspace, goals, events.
+
+/** @import { Connection } from "./connection.js" */
+/** @import { Description, Event, FaultList, GoalValue, LeaseValue, StateSample, WorkspaceState } from "../messages.d.ts" */
+
+/** Least time between two samples [s]. */
+const PERIOD = 0.04;
+/** Samples that the owner may send before the page confirms them. */
+const AHEAD = 2;
+/** Events and goals that are kept. */
+const KEPT = 500;
+/** Age from which a sample counts as stale, and from which the arm counts as gone [ms]. */
+export const STALE = 300;
+export const GONE = 1000;
+/** Difference of two clocks that shows that the computer slept [ms]. */
+const SLEPT = 1000;
+/** Faults of a supervisor that stop the arm. */
+const FAULTY = new Set(["stopping", "latched", "acknowledged"]);
+
+/** @typedef {"sample" | "link" | "lease" | "faults" | "workspace" | "description" | "goals" | "event" | "reset"} Topic */
+
+/**
+ * The arm as this page knows it. `on` calls a function after each change of a topic:
+ *
+ * - `sample`: at most once for each frame of the screen;
+ * - `link`: the connection, or the age of the sample, has another state;
+ * - `reset`: another run of the owner; whatever was kept of the former one is void.
+ */
+export class Arm {
+  /**
+   * @param {Connection} connection The connection.
+   * @param {"view" | "operate" | "admin"} scope What this page may do.
+   */
+  constructor(connection, scope) {
+    this.connection = connection;
+    this.scope = scope;
+    /** @type {StateSample | null} */
+    this.sample = null;
+    /** @type {Description | null} */
+    this.description = null;
+    /** @type {WorkspaceState | null} */
+    this.workspace = null;
+    /** @type {FaultList | null} */
+    this.faultList = null;
+    /** @type {LeaseValue | null} */
+    this.lease = null;
+    /** Epoch of the lease of this page; null without one. @type {number | null} */
+    this.epoch = null;
+    /** Newest last. @type {Event[]} */
+    this.events = [];
+    /** By number, oldest first. @type {Map<number, GoalValue>} */
+    this.goals = new Map();
+    /** Why there is no connection. */
+    this.reason = "";
+    this.signedOut = false;
+    this.mismatch = "";
+    /** @type {Map<Topic, (() => void)[]>} */
+    this.listeners = new Map();
+    this.arrival = -Infinity;
+    this.lastEvent = 0;
+    this.instance = "";
+    this.clocks = Date.now() - performance.now();
+    this.former = "";
+    this.drawing = false;
+    connection.on("welcome", (welcome) => this.#greet(welcome));
+    connection.on("closed", (closed) => this.#lose(closed));
+    connection.on("state", (sample) => this.#take(sample));
+    connection.on("event", (event) => this.#hear(event));
+    setInterval(() => this.#watch(), 100);
+    document.addEventListener("visibilitychange", () => this.#visible());
+  }
+
+  /** Age of the newest sample [ms]: since it arrived, and half of the least round trip. */
+  get age() {
+    const half = this.connection.roundTrip / 2;
+    return performance.now() - this.arrival + (Number.isNaN(half) ? 0 : half);
+  }
+
+  /** Whether there is a sample that is not stale. */
+  get fresh() {
+    return this.connection.open && this.sample !== null && !this.sample.stale && this.age <= STALE;
+  }
+
+  /** Whether this page commands the arm. */
+  get commands() {
+    return this.epoch !== null && this.connection.open;
+  }
+
+  /** Whether a fault has to be dealt with. */
+  get faulty() {
+    return FAULTY.has(this.sample?.fault ?? "");
+  }
+
+  /** Names of the joints, and whether each is linear. */
+  get joints() {
+    return this.description?.parameters.joints ?? [];
+  }
+
+  /**
+   * State of the connection, for the table of states.
+   *
+   * @returns {"connecting" | "live" | "stale" | "gone" | "mismatch" | "signed-out"} The state.
+   */
+  get link() {
+    if (this.signedOut) return "signed-out";
+    if (this.mismatch) return "mismatch";
+    if (this.sample === null) return "connecting";
+    if (!this.connection.open || this.age > GONE) return "gone";
+    return this.fresh ? "live" : "stale";
+  }
+
+  /**
+   * Call a function after each change of a topic.
+   *
+   * @param {Topic} topic The topic.
+   * @param {() => void} listener The function.
+   */
+  on(topic, listener) {
+    this.listeners.set(topic, [...(this.listeners.get(topic) ?? []), listener]);
+  }
+
+  /** @param {Topic} topic */
+  #tell(topic) {
+    for (const listener of this.listeners.get(topic) ?? []) listener();
+  }
+
+  /** @param {import("../messages.d.ts").Welcome} welcome */
+  #greet(welcome) {
+    this.reason = "";
+    if (welcome.instance !== this.instance) {
+      this.instance = welcome.instance;
+      this.lastEvent = Math.max(welcome.last_event - KEPT, 0);
+      this.events = [];
+      this.goals.clear();
+      this.epoch = null;
+      this.#tell("reset");
+    } else if (!welcome.resumed) {
+      this.epoch = null;
+    }
+    // A connection that broke gives no right to command: a person asks again.
+    this.drop();
+    this.#subscribe();
+    this.#ask("get_description", (result) => { this.description = result; }, "description");
+    this.#ask("list_goals", (result) => {
+      for (const goal of result.goals) this.goals.set(goal.goal, goal);
+    }, "goals");
+    this.refreshWorkspace();
+    this.refreshFaults();
+    this.refreshLease();
+    this.#tell("lease");
+  }
+
+  #subscribe() {
+    const { lastEvent } = this;
+    const hidden = document.hidden;
+    this.connection
+      .request({ kind: "subscribe", states: !hidden, period: PERIOD, unconfirmed: AHEAD, events_after: lastEvent })
+      .catch(() => {});
+  }
+
+  /**
+   * @param {string} kind
+   * @param {(result: any) => void} keep
+   * @param {Topic} topic
+   */
+  #ask(kind, keep, topic) {
+    this.connection.request(/** @type {any} */ ({ kind })).then(
+      (result) => { keep(result); this.#tell(topic); },
+      () => {},
+    );
+  }
+
+  /** Ask for the workspace again. */
+  refreshWorkspace() {
+    this.#ask("get_workspace", (result) => { this.workspace = result; }, "workspace");
+  }
+
+  /** Ask for the faults again. */
+  refreshFaults() {
+    this.#ask("get_faults", (result) => { this.faultList = result; }, "faults");
+  }
+
+  /** Ask for the lease again; its answer also measures the round trip. */
+  refreshLease() {
+    this.#ask("get_lease", (result) => this.#setLease(result.lease), "lease");
+  }
+
+  /** @param {LeaseValue} lease */
+  #setLease(lease) {
+    this.lease = lease;
+    if (this.epoch !== null && lease.epoch !== this.epoch) this.epoch = null;
+    if (lease.client === null) this.epoch = null;
+  }
+
+  /**
+   * Take the lease.
+   *
+   * @param {boolean} [force] Whether to take it from another client.
+   */
+  async acquire(force = false) {
+    const result = await this.connection.request({ kind: "acquire_lease", time_to_live: 2, force });
+    this.epoch = result.lease.epoch;
+    this.lease = result.lease;
+    this.#tell("lease");
+  }
+
+  /** Give the lease back. */
+  async release() {
+    const { epoch } = this;
+    this.epoch = null;
+    this.#tell("lease");
+    if (epoch !== null) await this.connection.request({ kind: "release_lease" }, epoch);
+  }
+
+  /** Give up the lease without the owner, as after a break of the connection. */
+  drop() {
+    const { epoch } = this;
+    this.epoch = null;
+    if (epoch !== null) this.connection.request({ kind: "release_lease" }, epoch).catch(() => {});
+  }
+
+  /** @param {StateSample} sample */
+  #take(sample) {
+    this.connection.post({ kind: "received", cycle: sample.cycle });
+    this.sample = sample;
+    this.arrival = performance.now();
+    if (this.drawing) return;
+    // Drawn once for each frame of the screen, the newest one.
+    this.drawing = true;
+    requestAnimationFrame(() => { this.drawing = false; this.#tell("sample"); });
+  }
+
+  /** @param {Event} event */
+  #hear(event) {
+    this.lastEvent = event.number;
+    this.events.push(event);
+    if (this.events.length > KEPT) this.events.shift();
+    if (event.goal) {
+      this.goals.delete(event.goal.goal);
+      this.goals.set(event.goal.goal, event.goal);
+      if (this.goals.size > KEPT) this.goals.delete(this.goals.keys().next().value ?? 0);
+      this.#tell("goals");
+    }
+    if (event.lease) {
+      this.#setLease(event.lease);
+      this.#tell("lease");
+    }
+    if (event.what === "workspace") this.refreshWorkspace();
+    if (["fault", "faults_cleared", "warning", "goal_ended"].includes(event.what)) this.refreshFaults();
+    this.#tell("event");
+  }
+
+  /** @param {{reason: string, signedOut: boolean}} closed */
+  #lose(closed) {
+    this.reason = closed.reason || "the connection is broken";
+    this.signedOut = closed.signedOut;
+    if (this.reason.includes("version")) this.mismatch = this.reason;
+    this.#tell("lease");
+    this.#tell("link");
+  }
+
+  #visible() {
+    if (!this.connection.open) return;
+    // What was sent while the page was hidden is old: it gets a new sample first.
+    this.#subscribe();
+  }
+
+  #watch() {
+    const clocks = Date.now() - performance.now();
+    if (Math.abs(clocks - this.clocks) > SLEPT) {
+      // The computer slept, or its clock was set: a connection may have died unseen.
+      this.clocks = clocks;
+      this.drop();
+      this.connection.renew();
+    }
+    if (this.link !== this.former) {
+      this.former = this.link;
+      this.#tell("link");
+    }
+  }
+}
+
+/**
+ * Keep the lease of a page that has it, and measure the round trip of one that has not.
+ *
+ * @param {Arm} arm The arm.
+ */
+export function keepLease(arm) {
+  setInterval(() => {
+    if (!arm.connection.open) return;
+    if (arm.epoch === null) {
+      arm.refreshLease();
+      return;
+    }
+    arm.connection.request({ kind: "renew_lease" }, arm.epoch).catch(() => arm.refreshLease());
+  }, 500);
+}

@@ -1,0 +1,57 @@
+// Begin of the page: sign in, connect, build its parts.
+
+import { Arm, keepLease } from "./arm.js";
+import { App } from "./app.js";
+import { Connection } from "./connection.js";
+import { at, printable } from "./dom.js";
+import { buildHeader, buildMessages } from "./header.js";
+import { showState } from "./states.js";
+import { buildTabs } from "./tabs.js";
+import { text } from "./texts.js";
+
+/**
+ * Exchange the token of the address for a cookie.
+ *
+ * @returns {Promise<"view" | "operate" | "admin">} What this page may do.
+ */
+async function signIn() {
+  const token = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (token) {
+    // Removed at once: it must not stay in the history.
+    history.replaceState(null, "", location.pathname);
+    const answer = await fetch("session", {
+      method: "POST",
+      headers: { "Content-Type": "application/json" },
+      body: JSON.stringify({ token }),
+    });
+    if (!answer.ok) throw new Error((await answer.json()).text);
+  }
+  const { scope } = await (await fetch("session")).json();
+  if (!scope) throw new Error(text("error.no_token"));
+  return scope;
+}
+
+/** Return a random name. */
+function randomName() {
+  return crypto.getRandomValues(new Uint8Array(16)).reduce((name, byte) => name + byte.toString(16).padStart(2, "0"), "");
+}
+
+async function begin() {
+  const scope = await signIn();
+  const connection = new Connection("dashboard", randomName());
+  const arm = new Arm(connection, scope);
+  const app = new App(connection, arm);
+  buildHeader(app);
+  buildMessages(app);
+  buildTabs(app, []);
+  showState(arm);
+  keepLease(arm);
+  connection.connect();
+  // For tests and for the curious.
+  Object.assign(window, { bioscara: app });
+}
+
+begin().catch((error) => {
+  document.documentElement.dataset.state = "signed-out";
+  at("messages").textContent = printable(error.message);
+});

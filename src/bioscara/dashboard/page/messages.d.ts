@@ -1,0 +1,1065 @@
+// Generated from src/bioscara/api/messages.py by `make generate`: the messages of an owner, as JSON.
+
+export type FromClient = ClientHello | ClientRequest | Received;
+
+export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+
+export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | SimulateFault;
+
+export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold;
+
+export type FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | Event | GoalCycle;
+
+export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+
+export interface Accepted {
+  kind: "accepted";
+  goal: GoalValue;
+}
+
+export interface AcknowledgeTask {
+  kind: "acknowledge";
+}
+
+export interface AcquireLease {
+  kind: "acquire_lease";
+  time_to_live?: number;
+  force?: boolean;
+}
+
+export interface AddGoalPoints {
+  kind: "add_goal_points";
+  points: Point[];
+  upload?: number;
+}
+
+export interface AddPoints {
+  kind: "add_points";
+  points: TrajectoryValue;
+  upload?: number;
+}
+
+export interface ArmParameters {
+  joints: JointParameters[];
+  geometry: GeometryParameters;
+  gripper: GripperParameters;
+  homing_order: string[];
+  controllers: ControllerSettings;
+}
+
+export interface AttachTask {
+  kind: "attach";
+  revision?: number | null;
+  load: Load;
+}
+
+export type Body = [string, number, Prism[], string[]];
+
+export interface Box {
+  name: string;
+  lower: [number, number, number];
+  upper: [number, number, number];
+  yaw?: number;
+  keep_in?: boolean;
+  links?: string[];
+}
+
+export interface BoxZone {
+  kind: "box";
+  zone: Box;
+}
+
+export interface Cancel {
+  kind: "cancel";
+  goal: number;
+}
+
+export interface CancelControllerGoal {
+  kind: "cancel_controller_goal";
+  controller: string;
+  goal: number;
+}
+
+export interface CleanupController {
+  kind: "cleanup_controller";
+  name: string;
+}
+
+export interface ClientHello {
+  kind: "hello";
+  version: number;
+  client: string;
+  session: string;
+}
+
+export interface ClientRequest {
+  kind: "request";
+  id: number;
+  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+  epoch?: number | null;
+}
+
+export interface CloseGripperTask {
+  kind: "close_gripper";
+}
+
+export interface CommandController {
+  kind: "command_controller";
+  controller: string;
+  values: number[];
+}
+
+export interface ComponentValue {
+  name: string;
+  type: string;
+  plugin: string;
+  state: string;
+  rate: number;
+  commands: InterfaceValue[];
+  states: InterfaceValue[];
+}
+
+export interface ConfigureController {
+  kind: "configure_controller";
+  name: string;
+}
+
+export interface ControllerGoal {
+  kind: "controller_goal";
+  goal: number;
+}
+
+export interface ControllerList {
+  kind: "controller_list";
+  controllers: ControllerValue[];
+  components: ComponentValue[];
+  types: string[];
+}
+
+export interface ControllerSettings {
+  update_rate: UpdateRates;
+  joint_trajectory_controller: TrajectorySettings;
+  homing_controller: HomingSettings;
+  hold_controller: HoldSettings;
+  gripper_controller: GripperSettings;
+}
+
+export interface ControllerValue {
+  name: string;
+  type: string;
+  state: string;
+  update_rate: number;
+  claimed: string[];
+  commands: string[];
+  states: string[];
+}
+
+export interface ControllersSample {
+  kind: "controllers_sample";
+  cycle: number;
+  time: number;
+  wall: number;
+  state_names: string[];
+  states: number[];
+  command_names: string[];
+  commands: number[];
+  active: string[];
+  controllers: (TrajectoryStatus | GripperStatus)[];
+  ended: EndedGoal[];
+  activity: number;
+}
+
+export type CycleRecord = [Phase, number, number, number, number, number, JointRecord[]];
+
+export interface Cylinder {
+  name: string;
+  x: number;
+  y: number;
+  radius: number;
+  low: number;
+  high: number;
+  keep_in?: boolean;
+  links?: string[];
+}
+
+export interface CylinderZone {
+  kind: "cylinder";
+  zone: Cylinder;
+}
+
+export interface Description {
+  kind: "description";
+  name: string;
+  arm: string;
+  simulated: boolean;
+  parameters: ArmParameters;
+  rate: number;
+  bus_share: number;
+  firmware: string[];
+  software: string;
+}
+
+export interface DesiredState {
+  kind: "desired_state";
+  names: string[];
+  state: Sample;
+}
+
+export interface DetachTask {
+  kind: "detach";
+  revision?: number | null;
+}
+
+export interface DiagnosticValue {
+  name: string;
+  level: number;
+  message: string;
+  values: Record<string, string>;
+}
+
+export interface DisableGripperTask {
+  kind: "disable_gripper";
+}
+
+export interface DisableTask {
+  kind: "disable";
+}
+
+export interface Done {
+  kind: "done";
+}
+
+export interface EnableGripperTask {
+  kind: "enable_gripper";
+}
+
+export interface EnableTask {
+  kind: "enable";
+}
+
+export interface EndJog {
+  kind: "end_jog";
+  goal: number;
+}
+
+export interface EndedGoal {
+  goal: number;
+  controller: string;
+  status: string;
+  error_code: number;
+  text: string;
+  gripper: GripperValue | null;
+}
+
+export interface Event {
+  kind: "event";
+  number: number;
+  time: number;
+  wall: number;
+  what: string;
+  text: string;
+  client: string;
+  goal: GoalValue | null;
+  fault: FaultValue | null;
+  lease: LeaseValue | null;
+}
+
+export interface Execute {
+  kind: "execute";
+  plan: number;
+}
+
+export interface FailureValue {
+  error: string;
+  code: number;
+  text: string;
+  data: any;
+}
+
+export interface FaultList {
+  kind: "fault_list";
+  state: string;
+  faults: FaultValue[];
+  warnings: string[];
+}
+
+export interface FaultValue {
+  fault: string;
+  source: string;
+  text: string;
+  cause: FailureValue;
+  time: number;
+  evidence: string | null;
+}
+
+export interface FlightRecordFile {
+  kind: "flight_record_file";
+  name: string;
+  data: string;
+}
+
+export interface FlightRecordList {
+  kind: "flight_record_list";
+  names: string[];
+}
+
+export interface Follow {
+  kind: "follow";
+  trajectory: TrajectoryValue;
+  approach?: boolean;
+  planned?: boolean;
+  upload?: number;
+}
+
+export interface FollowGoal {
+  kind: "follow_goal";
+  controller: string;
+  goal: Goal;
+  upload?: number;
+}
+
+export interface Frame {
+  name: string;
+  pose_frame_in_base: Pose;
+}
+
+export interface GeometryParameters {
+  height: number;
+  upper_arm: number;
+  forearm: number;
+  tool_x: number;
+  tool_y: number;
+  tool_z: number;
+  tool_mass: number;
+}
+
+export interface GetDescription {
+  kind: "get_description";
+}
+
+export interface GetFaults {
+  kind: "get_faults";
+}
+
+export interface GetFlightRecord {
+  kind: "get_flight_record";
+  name: string;
+}
+
+export interface GetGoal {
+  kind: "get_goal";
+  goal: number;
+}
+
+export interface GetIntrospection {
+  kind: "get_introspection";
+}
+
+export interface GetLease {
+  kind: "get_lease";
+}
+
+export interface GetLog {
+  kind: "get_log";
+  after?: number;
+}
+
+export interface GetParameters {
+  kind: "get_parameters";
+}
+
+export interface GetState {
+  kind: "get_state";
+}
+
+export interface GetStatistics {
+  kind: "get_statistics";
+}
+
+export interface GetTrajectories {
+  kind: "get_trajectories";
+  goal: number;
+}
+
+export interface GetWorkspace {
+  kind: "get_workspace";
+}
+
+export interface Goal {
+  trajectory: JointTrajectory;
+  path_tolerance?: Tolerance[];
+  goal_tolerance?: Tolerance[];
+  goal_time_tolerance?: number;
+  collision_checked?: boolean;
+}
+
+export interface GoalCycle {
+  kind: "cycle";
+  goal: number;
+  record: CycleRecord;
+}
+
+export interface GoalList {
+  kind: "goal_list";
+  goals: GoalValue[];
+}
+
+export interface GoalState {
+  kind: "goal_state";
+  goal: GoalValue;
+}
+
+export interface GoalTrajectories {
+  kind: "goal_trajectories";
+  goal: number;
+  trajectories: TrajectoryValue[];
+}
+
+export interface GoalValue {
+  goal: number;
+  name: string;
+  client: string;
+  status: string;
+  progress: number;
+  failure: FailureValue | null;
+  gripper: GripperValue | null;
+  duration: number;
+  notes: string[];
+}
+
+export interface GraspTask {
+  kind: "grasp";
+  load: Load;
+  width?: number | null;
+  squeeze?: number | null;
+}
+
+export interface GripperGoal {
+  position: number[];
+  velocity?: number[];
+  effort?: number[];
+}
+
+export interface GripperParameters {
+  lower: number;
+  upper: number;
+  max_velocity: number;
+  initial: number;
+  deg_per_m: number;
+  zero_width: number;
+  frequency: number;
+  pulse_center: number;
+  pulse_per_deg: number;
+  pulse_lower: number;
+  pulse_upper: number;
+  outputs: PwmOutput[];
+}
+
+export interface GripperSettings {
+  goal_tolerance: number;
+  allow_stalling: boolean;
+  stall_velocity_threshold: number;
+  stall_timeout: number;
+}
+
+export interface GripperStatus {
+  kind: "gripper";
+  name: string;
+  joint: string;
+  goal: number | null;
+  position: number;
+  velocity: number;
+  effort: number;
+  reached: boolean;
+  stalled: boolean;
+}
+
+export interface GripperValue {
+  position: number;
+  velocity: number;
+  reached_goal: boolean;
+  stalled: boolean;
+  quality: number;
+}
+
+export interface HardwareState {
+  kind: "hardware_state";
+  component: string;
+  state: string;
+}
+
+export interface HoldSettings {
+  max_deceleration_share: number;
+}
+
+export interface HomeTask {
+  kind: "home";
+  sensitivity?: number | Record<string, number> | null;
+  current?: number | Record<string, number> | null;
+}
+
+export interface HomingParameters {
+  velocity: number;
+  threshold: number;
+  current_percent: number;
+  acceleration: number;
+}
+
+export interface HomingSettings {
+  timeout: number;
+  max_travel_share: number;
+}
+
+export interface InterfaceValue {
+  name: string;
+  available: boolean;
+  claimed: boolean;
+}
+
+export interface Introspection {
+  kind: "introspection";
+  values: Record<string, number>;
+  diagnostics: DiagnosticValue[];
+}
+
+export interface JogTask {
+  kind: "jog";
+}
+
+export interface JointParameters {
+  name: string;
+  address: number;
+  unit: string;
+  reduction: number;
+  lower: number;
+  upper: number;
+  max_velocity: number;
+  max_acceleration: number;
+  drive_current_percent: number;
+  hold_current_percent: number;
+  stall_threshold: number;
+  homing: HomingParameters;
+  belt_period: number;
+}
+
+export type JointRecord = [number, number, number, number, number, number, SampleQuality, number];
+
+export interface JointTolerances {
+  trajectory: number;
+  goal: number;
+}
+
+export interface JointTrajectory {
+  joint_names: string[];
+  points: Point[];
+  stamp?: number;
+}
+
+export type JointVelocity = [number, number, number, number];
+
+export type Joints = [number, number, number, number];
+
+export interface LeaseState {
+  kind: "lease_state";
+  lease: LeaseValue;
+}
+
+export interface LeaseValue {
+  client: string | null;
+  epoch: number;
+  remaining: number;
+}
+
+export interface ListControllers {
+  kind: "list_controllers";
+}
+
+export interface ListFlightRecords {
+  kind: "list_flight_records";
+}
+
+export interface ListGoals {
+  kind: "list_goals";
+}
+
+export interface Load {
+  name: string;
+  shape: Prism;
+  mass?: number;
+  touches?: string[];
+  max_speed?: number | null;
+}
+
+export interface LoadController {
+  kind: "load_controller";
+  name: string;
+  type: string;
+  parameters?: any;
+}
+
+export interface LogLines {
+  kind: "log_lines";
+  last: number;
+  lines: string[];
+}
+
+export interface MakePlan {
+  kind: "make_plan";
+  motion: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold;
+}
+
+export type Motion = "circ" | "lin" | "ptp";
+
+export interface MoveCircular {
+  kind: "move_circular";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+  via: Pose;
+  pose: Pose;
+}
+
+export interface MoveGripperTask {
+  kind: "move_gripper";
+  width: number;
+}
+
+export interface MoveJoints {
+  kind: "move_joints";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+  goal: number[];
+}
+
+export interface MoveLinear {
+  kind: "move_linear";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+  pose: Pose;
+}
+
+export interface MoveNamed {
+  kind: "move_named";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+  name: string;
+}
+
+export interface MoveRelative {
+  kind: "move_relative";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+  x?: number;
+  y?: number;
+  z?: number;
+  yaw?: number;
+}
+
+export interface MoveSequence {
+  kind: "move_sequence";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+  waypoints: Waypoint[];
+}
+
+export interface MoveTo {
+  kind: "move_to";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+  pose: Pose;
+}
+
+export interface NamedPose {
+  name: string;
+  joints?: Joints | null;
+  pose_tool_in_base?: Pose | null;
+  tool?: string;
+  calibration?: string;
+}
+
+export interface NotArrived {
+  kind: "not_arrived";
+}
+
+export interface OpenGripperTask {
+  kind: "open_gripper";
+}
+
+export interface ParametersState {
+  kind: "parameters_state";
+  revision: number;
+  overlay: string;
+  restart: boolean;
+}
+
+export interface Pause {
+  kind: "pause";
+}
+
+export interface PauseGoal {
+  kind: "pause_goal";
+  goal: number;
+}
+
+export type Phase = "approach" | "controllers" | "homing" | "jog" | "settling" | "stopping" | "trajectory" | "watching";
+
+export interface PlanMade {
+  kind: "plan_made";
+  plan: number;
+  trajectory: TrajectoryValue;
+  notes: string[];
+}
+
+export type Point = [number, number[], number[], number[], number[]];
+
+export interface PointsAdded {
+  kind: "points_added";
+  upload: number;
+  count: number;
+}
+
+export type Pose = [number, number, number, number];
+
+export interface Prism {
+  x: number;
+  y: number;
+  half_x: number;
+  half_y: number;
+  low: number;
+  high: number;
+  radius?: number;
+  yaw?: number;
+}
+
+export interface PwmOutput {
+  device: string;
+  channel: number;
+}
+
+export interface QueryController {
+  kind: "query_controller";
+  controller: string;
+  time: number;
+}
+
+export interface Recall {
+  kind: "recall";
+  request: number;
+}
+
+export interface Received {
+  kind: "received";
+  cycle: number;
+}
+
+export interface RecoverTask {
+  kind: "recover";
+}
+
+export interface ReleaseLease {
+  kind: "release_lease";
+}
+
+export interface ReleaseLoad {
+  kind: "release_load";
+  opening?: number | null;
+}
+
+export interface RenewLease {
+  kind: "renew_lease";
+}
+
+export interface Report {
+  kind: "report";
+  text: string;
+}
+
+export interface RequestFailed {
+  kind: "refusal";
+  id: number | null;
+  failure: FailureValue;
+}
+
+export interface Response {
+  kind: "response";
+  id: number;
+  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+}
+
+export interface Resume {
+  kind: "resume";
+}
+
+export interface ResumeGoal {
+  kind: "resume_goal";
+  goal: number;
+}
+
+export type Sample = [number[], number[], number[]];
+
+export type SampleQuality = 0 | 1 | 2;
+
+export interface SceneValue {
+  zones?: (BoxZone | CylinderZone)[];
+  table_height?: number | null;
+  margin?: number;
+  mounted?: Body[] | null;
+}
+
+export interface SendGripperGoal {
+  kind: "send_gripper_goal";
+  controller: string;
+  goal: GripperGoal;
+}
+
+export interface SetControllerGains {
+  kind: "set_controller_gains";
+  controller: string;
+  joint: string;
+  gains: any;
+}
+
+export interface SetControllerScaling {
+  kind: "set_controller_scaling";
+  controller: string;
+  factor: number;
+}
+
+export interface SetHardwareState {
+  kind: "set_hardware_state";
+  component: string;
+  state: string;
+}
+
+export interface SetJogVelocity {
+  kind: "set_jog_velocity";
+  goal: number;
+  joints?: JointVelocity | null;
+  tool?: ToolVelocity | null;
+}
+
+export interface SetParameters {
+  kind: "set_parameters";
+  overlay: string;
+  revision: number;
+}
+
+export interface SetReducedSpeed {
+  kind: "set_reduced_speed";
+  revision?: number | null;
+  reduced: boolean;
+}
+
+export interface SetScene {
+  kind: "set_scene";
+  revision?: number | null;
+  scene: SceneValue;
+}
+
+export interface SetSpeedOverride {
+  kind: "set_speed_override";
+  share: number;
+}
+
+export interface SetTable {
+  kind: "set_table";
+  revision?: number | null;
+  table: TeachTable;
+}
+
+export interface SetTool {
+  kind: "set_tool";
+  revision?: number | null;
+  name: string;
+}
+
+export interface SimulateFault {
+  kind: "simulate_fault";
+  fault: string;
+  joint?: string;
+  value?: number;
+}
+
+export interface Start {
+  kind: "start";
+  task: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | SimulateFault;
+  timeout?: number | null;
+  on_lease_loss?: "finish" | "stop";
+  records?: boolean;
+}
+
+export interface StateSample {
+  kind: "state";
+  cycle: number;
+  time: number;
+  names: string[];
+  positions: number[];
+  velocities: number[];
+  qualities: number[];
+  stamps: number[];
+  flags: number[];
+  commands: number[];
+  pose: Pose | null;
+  width: number;
+  enabled: boolean;
+  fault: string;
+  paused: boolean;
+  speed_override: number;
+  moving: string[];
+  late: number;
+  bus_time: number;
+  stale: boolean;
+}
+
+export interface Statistics {
+  kind: "statistics";
+  cycles: number;
+  overruns: number;
+  late: [number, number, number];
+  read: [number, number, number];
+  update: [number, number, number];
+  write: [number, number, number];
+  clients: number;
+  memory: number;
+  uptime: number;
+}
+
+export interface StopAll {
+  kind: "stop";
+}
+
+export interface StreamTrajectory {
+  kind: "stream_trajectory";
+  controller: string;
+  trajectory: JointTrajectory;
+  upload?: number;
+}
+
+export interface Subscribe {
+  kind: "subscribe";
+  states?: boolean;
+  period?: number;
+  unconfirmed?: number;
+  events_after?: number | null;
+  controllers?: boolean;
+  controllers_period?: number;
+}
+
+export interface SwitchControllers {
+  kind: "switch_controllers";
+  activate?: string[];
+  deactivate?: string[];
+  strict?: boolean;
+}
+
+export interface Switched {
+  kind: "switched";
+  text: string;
+}
+
+export interface TeachTable {
+  fingers: Tool;
+  tools?: Tool[];
+  poses?: NamedPose[];
+  frames?: Frame[];
+}
+
+export type Tolerance = [string, number, number, number];
+
+export interface Tool {
+  name: string;
+  pose_tool_in_flange: Pose;
+  mass: number;
+}
+
+export type ToolVelocity = [number, number, number, number];
+
+export interface TrajectoryConstraints {
+  stopped_velocity_tolerance: number;
+  goal_time: number;
+  max_deceleration_on_cancel_share: number;
+  j1: JointTolerances;
+  j2: JointTolerances;
+  j3: JointTolerances;
+  j4: JointTolerances;
+}
+
+export interface TrajectorySettings {
+  allow_partial_joints_goal: boolean;
+  allow_nonzero_velocity_at_trajectory_end: boolean;
+  constraints: TrajectoryConstraints;
+}
+
+export interface TrajectoryStatus {
+  kind: "trajectory";
+  name: string;
+  time: number;
+  joints: string[];
+  trajectory_time: number;
+  reference: Sample;
+  feedback: Sample;
+  error: Sample;
+  output: Record<string, number>;
+  scaling: number;
+  point: number;
+  goal: number | null;
+}
+
+export interface TrajectoryValue {
+  joint_names: string[];
+  times: number[];
+  positions: number[][];
+  velocities?: number[][] | null;
+  accelerations?: number[][] | null;
+}
+
+export interface TriggerHoming {
+  kind: "trigger_homing";
+  controller: string;
+  joint: string;
+  command: number;
+}
+
+export interface Unfold {
+  kind: "unfold";
+  velocity_scaling?: number;
+  acceleration_scaling?: number;
+}
+
+export interface UnloadController {
+  kind: "unload_controller";
+  name: string;
+}
+
+export interface UpdateRates {
+  version_1: number;
+  version_2: number;
+}
+
+export interface Waypoint {
+  pose: Pose;
+  motion?: Motion;
+  blend?: number;
+  via?: Pose | null;
+  speed?: number;
+}
+
+export interface Welcome {
+  kind: "welcome";
+  version: number;
+  owner: string;
+  instance: string;
+  arm: string;
+  last_event: number;
+  resumed: boolean;
+}
+
+export interface WorkspaceState {
+  kind: "workspace_state";
+  revision: number;
+  scene: SceneValue;
+  table: TeachTable;
+  tool: Tool;
+  reduced_speed: boolean;
+  load: Load | null;
+  widths: [number, number];
+}

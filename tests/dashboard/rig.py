@@ -1,0 +1,127 @@
+"""A served arm with its page in a real browser, and a client of the owner that sees what the arm does."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page
+
+from bioscara import Robot
+from bioscara.remote import RemoteRobot
+from bioscara.web.scopes import Scope
+from bioscara.web.tokens import load_tokens
+from processes import environment, running, wait_for_line, wait_until
+from served import HALF, NAME, runtime_folder
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+NO_BROWSER = "needs Debian's chromium, to open the page in a real browser"
+ARGUMENTS = ("--no-first-run", "--disable-background-networking", "--disable-component-update",
+             "--disable-sync", "--disable-quic")  # fmt: skip
+LIVE = ("commanding", "no-lease", "lease-elsewhere", "fault", "recovering")
+"""States of a page that has fresh values."""
+LIMIT = 10.0
+"""Time in which something has to happen [s]."""
+
+
+class Site:
+    """A served arm with its page.
+
+    Attributes:
+        url: Address of the page, without a token.
+        folder: Runtime folder of the owner.
+        robot: A client of the owner, which looks.
+        pid: Process of owner and gateway.
+    """
+
+    def __init__(self, url: str, token_file: str, folder: Path, robot: RemoteRobot, pid: int) -> None:
+        self.url, self.folder, self.robot, self.pid = url, folder, robot, pid
+        self._tokens = load_tokens(Path(token_file))
+
+    def url_for(self, scope: Scope) -> str:
+        """Return the address that signs a browser in."""
+        return f"{self.url}#token={self._tokens.of(scope)}"
+
+
+@contextmanager
+def site(*at: float, speed: float = 1.0) -> Iterator[Site]:
+    """Serve an arm and its page.
+
+    Args:
+        *at: Where it stands, homed; by default far from all limits.
+        speed: Factor by which its time is faster than real time.
+    """
+    program = str(Path(__file__).with_name("served_site.py"))
+    with runtime_folder() as folder:
+        words = [str(speed), *map(str, at or HALF)]
+        with running(program, *words, env=environment()) as process:
+            _, url, token_file = wait_for_line(process, "served").split()
+            with Robot.connect(f"arm:{NAME}") as robot:
+                yield Site(url, token_file, folder, robot, process.pid)  # type: ignore[arg-type]
+            process.send_signal(signal.SIGTERM)
+
+
+def open_page(
+    context: BrowserContext, made: Site, scope: Scope = Scope.OPERATE, *, live: bool = True
+) -> Page:
+    """Open the page of an arm, signed in; fails where the page reports an error later."""
+    page = context.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+    page.goto(made.url_for(scope))
+    if live:
+        wait_for_state(page, *LIVE)
+    page.errors = errors  # type: ignore[attr-defined]
+    return page
+
+
+def wait_for_state(page: Page, *states: str) -> None:
+    """Wait until the page is in one of the states."""
+    listed = ", ".join(f'[data-state="{state}"]' for state in states)
+    page.wait_for_selector(f"html:is({listed})", state="attached", timeout=1e3 * LIMIT)
+
+
+def command(page: Page) -> None:
+    """Take the lease for the page, as its button does."""
+    page.get_by_role("button", name="Take control").click()
+    wait_for_state(page, "commanding")
+
+
+def at_rest(robot: RemoteRobot) -> bool:
+    """Return whether nothing moves the arm, as the owner knows it."""
+    return not robot.state.moving
+
+
+def positions(robot: RemoteRobot) -> tuple[float, ...]:
+    """Return the measured positions of the joints [rad or m]."""
+    return tuple(robot.state.positions)
+
+
+def moves(robot: RemoteRobot, work: Callable[[], Any], *, least: float = 1e-3) -> None:
+    """Do something, and require that the arm moves then."""
+    before = positions(robot)
+    work()
+    wait_until(
+        lambda: max(abs(a - b) for a, b in zip(positions(robot), before, strict=True)) > least,
+        "the arm moves",
+    )
+
+
+def require_browser() -> None:
+    """Skip where there is no browser."""
+    if CHROMIUM is None:
+        pytest.skip(NO_BROWSER)
+
+
+def launched(playwright: Any) -> Browser:
+    """Start the browser."""
+    browser: Browser = playwright.chromium.launch(
+        executable_path=CHROMIUM, args=list(ARGUMENTS), chromium_sandbox=False
+    )
+    return browser

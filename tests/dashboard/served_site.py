@@ -1,0 +1,42 @@
+"""A simulated arm near its end stops, served with its gateway for browsers until SIGTERM.
+
+    served_site.py SPEED [J1 J2 J3 J4]
+
+SPEED is the factor by which its time is faster than real time. With positions it is homed, enabled
+and there. A line "served URL" has the address of the page.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from pathlib import Path
+
+from bioscara.api.runtime import folder
+from bioscara.server.serve import ServeSettings, serving
+from bioscara.web.gateway import Gateway, GatewaySettings
+from served import NAME, own_robot
+from web.gateways import running_gateway
+
+
+def main() -> None:
+    """Serve it."""
+    speed, *at = map(float, sys.argv[1:])
+    evidence = Path(folder()) / "faults"
+    ended = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: ended.set())
+    with own_robot(evidence) as robot:
+        if at:
+            robot.home()
+            robot.move_joints(at)
+        with (
+            serving(robot, ServeSettings(NAME, "sim", evidence=evidence, speed=speed)),
+            running_gateway(Gateway(GatewaySettings(NAME, port=0))) as gateway,
+        ):
+            print(f"served {gateway.url} {gateway.token_file}", flush=True)  # noqa: T201  for the test
+            ended.wait()
+
+
+if __name__ == "__main__":
+    main()
