@@ -99,7 +99,7 @@ def test_a_path_of_the_page_is_no_file_name(left: Site) -> None:
         for path in (
             "/page.py",
             "/%2e%2e/app.py",
-            "/js%2fmain.js",
+            "/js%2f..%2ficon.svg",
             "/index.html",
             "/messages.d.ts",
         ):
