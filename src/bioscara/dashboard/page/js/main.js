@@ -3,6 +3,7 @@
 import { Arm, keepLease } from "./arm.js";
 import { App } from "./app.js";
 import { Connection } from "./connection.js";
+import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
 import { buildHeader, buildMessages } from "./header.js";
 import { showState } from "./states.js";
@@ -37,10 +38,12 @@ function randomName() {
 }
 
 async function begin() {
-  const scope = await signIn();
   const connection = new Connection("dashboard", randomName());
-  const arm = new Arm(connection, scope);
+  const arm = new Arm(connection, "view");
   const app = new App(connection, arm);
+  // First: it works whatever becomes of the rest.
+  buildStop(app);
+  arm.scope = await signIn();
   buildHeader(app);
   buildMessages(app);
   buildTabs(app, []);
