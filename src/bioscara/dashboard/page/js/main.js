@@ -6,6 +6,9 @@ import { Connection } from "./connection.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
 import { buildHeader, buildMessages } from "./header.js";
+import { buildFaultStrip } from "./health/fault_strip.js";
+import { Recovery } from "./health/recovery.js";
+import { healthPanel } from "./panels/health.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
@@ -46,7 +49,11 @@ async function begin() {
   arm.scope = await signIn();
   buildHeader(app);
   buildMessages(app);
-  buildTabs(app, []);
+  const recovery = new Recovery(app);
+  buildFaultStrip(app, recovery);
+  buildTabs(app, [
+    healthPanel(recovery),
+  ]);
   showState(arm);
   keepLease(arm);
   connection.connect();

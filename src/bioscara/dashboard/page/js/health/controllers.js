@@ -68,6 +68,6 @@ function rate(hertz) {
 /** @param {import("../../messages.d.ts").InterfaceValue[]} all */
 function interfaces(all) {
   const missing = all.filter((each) => !each.available).map((each) => each.name);
-  const count = text("health.interfaces_count", { count: all.length });
+  const count = text("health.interfaces_count", { count: all.length - missing.length });
   return missing.length ? text("health.interfaces_missing", { count, names: missing.join(", ") }) : count;
 }

@@ -7,6 +7,9 @@ import { h } from "../dom.js";
 import { clockTime } from "./clock.js";
 import { text } from "../texts.js";
 
+/** Attributes of an error that its text or its place has already. */
+const TOLD = new Set(["args", "what", "remedy", "joint", "component"]);
+
 /**
  * Return a fault's text in two parts: what happened, and what a person has to do.
  *
@@ -64,7 +67,7 @@ export function faultDetails(arm, fault, index) {
     [text("health.since"), since(arm, fault)],
     [text("health.cause"), `${fault.cause.error} (${fault.cause.code}): ${fault.cause.text}`],
   ];
-  const data = Object.entries(fault.cause.data ?? {}).filter(([, value]) => value !== null && value !== "");
+  const data = Object.entries(fault.cause.data ?? {}).filter(([name, value]) => !TOLD.has(name) && value !== null && value !== "");
   if (data.length > 0) rows.push([text("health.data"), data.map(([name, value]) => `${name} ${shown(value)}`).join(", ")]);
   rows.push([text("health.evidence_title"), evidenceLink(fault) ?? text("health.no_evidence")]);
   const list = h("dl", { class: "facts" });

@@ -22,12 +22,14 @@ const UNKNOWN = "–";
 
 /** @type {Record<string, (joint: JointValue) => Cell>} */
 const REPORTED = {
-  halted: ({ halted }) => (halted ? [halted, "danger"] : [text("health.takes_commands")]),
+  halted: ({ halted, name }) => (halted ? [halted.replace(`${name}: `, ""), "danger"] : [text("health.takes_commands")]),
   hot: ({ hot }) => (hot === null ? [UNKNOWN] : hot ? [text("health.too_hot"), "danger"] : [text("health.not_hot")]),
   mode: ({ mode }) => [mode],
   firmware: ({ firmware, protocol }) => [text(firmware ? "health.firmware_of" : "health.original", { firmware, protocol })],
   boot: ({ boot_id }) => [boot_id === null ? UNKNOWN : `0x${boot_id.toString(16).padStart(4, "0")}`],
-  reset: ({ reset_cause }) => [reset_cause || UNKNOWN, ["power on", ""].includes(reset_cause) ? "" : "warn"],
+  reset: ({ reset_cause }) => [
+    reset_cause === "pin" ? text("health.pin") : reset_cause || UNKNOWN, ["power on", ""].includes(reset_cause) ? "" : "warn",
+  ],
   latched: ({ counters }) => (counters ? [latched(counters), counters.fault === "NONE" ? "" : "danger"] : [UNKNOWN]),
   broken: ({ counters }) => [counters ? String(counters.broken) : UNKNOWN],
   refused: ({ counters }) => [counters ? refused(counters) : UNKNOWN],
@@ -102,7 +104,7 @@ export function jointTable(app) {
         for (const [name, cell] of Object.entries(REPORTED)) fill(name, index, cell(joint));
       });
       const age = list.counted === null ? NaN : (app.arm.sample?.time ?? NaN) - list.counted;
-      setText(counted, Number.isNaN(age) ? text("health.never_counted") : text("health.counted", { age: duration(Math.max(age, 0)) }));
+      setText(counted, Number.isNaN(age) ? text("health.never_counted") : text("health.counted", { age: age < 1 ? text("health.just_now") : text("health.ago", { age: duration(age) }) }));
     },
   };
 }

@@ -49,10 +49,11 @@ export function loopTable(app) {
    * @param {number} column
    * @param {number | null} value Time [s].
    * @param {number} [limit] Above which it is marked [s].
+   * @param {number} [digits] Digits after the point.
    */
-  function fill(name, column, value, limit = Infinity) {
+  function fill(name, column, value, limit = Infinity, digits = 2) {
     const cell = rows[name][column];
-    setText(cell, value === null || Number.isNaN(value) ? "–" : `${number(1e3 * value, 2)} ms`);
+    setText(cell, value === null || Number.isNaN(value) ? "–" : `${number(1e3 * value, digits)} ms`);
     cell.classList.toggle("warn", value !== null && value > limit);
   }
 
@@ -72,9 +73,9 @@ export function loopTable(app) {
       for (const name of /** @type {const} */ (["late", "read", "update", "write"])) {
         const limit = name === "late" ? SILENCE : period;
         statistics[name].forEach((value, place) => fill(name, 1 + place, value, limit));
-        fill(name, 4, limit);
+        fill(name, 4, limit, Infinity, 0);
       }
-      fill("bus_time", 4, period * BUS_LIMIT);
+      fill("bus_time", 4, period * BUS_LIMIT, Infinity, 1);
       const share = description?.bus_share ?? NaN;
       setText(values.period, text("health.period", { period: duration(period), rate: description?.rate ?? "–" }));
       setText(values.bus_share, text("health.bus_share", { share: percent(share), limit: percent(BUS_LIMIT) }));

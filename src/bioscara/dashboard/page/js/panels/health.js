@@ -11,6 +11,7 @@ import { stepButton } from "../health/fault_strip.js";
 import { jointTable } from "../health/joint_table.js";
 import { logView } from "../health/log_view.js";
 import { loopTable } from "../health/loop_table.js";
+import { copyButton } from "../python.js";
 import { text } from "../texts.js";
 
 /** Time between two reports of joints and statistics [ms]. */
@@ -43,7 +44,7 @@ function mount(host, app, recovery) {
   const logDetails = details("health.log", log.element);
   const controllerDetails = details("health.controllers_title", controllers.element);
   host.append(h("div", { class: "health" },
-    faults.element, card("health.joints", joints.element), card("health.loop", loop.element),
+    faults.element, card("health.joints", joints.element, "wide"), card("health.loop", loop.element),
     card("health.events", events.element), controllerDetails, logDetails));
   let visible = false;
   let timer = 0;
@@ -98,6 +99,10 @@ function faultSection(app, recovery) {
   const warnings = h("ul", { class: "warnings" });
   const noWarnings = h("p", { class: "dim", text: text("health.no_warnings") });
   const step = stepButton(recovery);
+  const way = h("div", { class: "row" }, step.element, copyButton(() => {
+    const next = recovery.step;
+    return next && next.kind !== "stopping" ? `robot.${next.kind}()` : "for fault in robot.faults:\n    print(fault)";
+  }));
   let shown = "";
 
   function draw() {
@@ -112,7 +117,7 @@ function faultSection(app, recovery) {
     noWarnings.hidden = (given?.warnings ?? []).length > 0;
   }
   for (const topic of /** @type {const} */ (["sample", "faults", "lease", "link"])) arm.on(topic, draw);
-  const element = h("section", { class: "card column faults" }, h("h2", { text: text("health.faults") }), state, list, step.element,
+  const element = h("section", { class: "card column faults wide" }, h("h2", { text: text("health.faults") }), state, list, way,
     h("h3", { text: text("health.warnings") }), noWarnings, warnings);
   return { element, show: draw };
 }
@@ -120,9 +125,10 @@ function faultSection(app, recovery) {
 /**
  * @param {string} title
  * @param {HTMLElement} content
+ * @param {string} [kind]
  */
-function card(title, content) {
-  return h("section", { class: "card column" }, h("h2", { text: text(title) }), content);
+function card(title, content, kind = "") {
+  return h("section", { class: `card column ${kind}` }, h("h2", { text: text(title) }), content);
 }
 
 /**
@@ -130,5 +136,5 @@ function card(title, content) {
  * @param {HTMLElement} content
  */
 function details(title, content) {
-  return h("details", { class: "card" }, h("summary", {}, h("h2", { text: text(title) })), content);
+  return h("details", { class: "card wide" }, h("summary", {}, h("h2", { text: text(title) })), content);
 }
