@@ -51,6 +51,8 @@ EXPECTED = {
     "GET /api/flight-records/{name}": ABSENT,
     "GET /api/model": VIEWER,
     "GET /api/meshes/{name}": ABSENT,
+    "GET /api/clearance": VIEWER,
+    "POST /api/trajectories": Expected(401, 422, 422),  # Without a file in its body.
     "GET /openapi.json": VIEWER,
     "POST /api/stop": VIEWER,
     "WEBSOCKET /ws": Expected(401, 101, 101),
