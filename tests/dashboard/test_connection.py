@@ -13,7 +13,7 @@ pytestmark = pytest.mark.realtime
 
 def test_the_page_shows_the_arm_and_removes_the_token_from_its_address(page: Page) -> None:
     assert "token" not in page.url
-    assert page.title() == "left \u2013 Bioscara"
+    assert page.title() == "left \u2013 SIMULATED \u2013 Bioscara"
     assert page.locator("html").get_attribute("data-simulated") == "true"
     sample = page.evaluate("bioscara.arm.sample")
     assert sample["names"] == ["j1", "j2", "j3", "j4"]
