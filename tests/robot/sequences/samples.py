@@ -37,7 +37,9 @@ _LOADS = st.builds(
     touches=st.lists(st.text(max_size=9), max_size=3).map(tuple),
     max_speed=st.none() | st.floats(1e-3, 1.0),
 )
-PATHS = _targets(s.LineStep) | _targets(s.ArcStep, via=_PLACES) | _targets(s.ArcStep, via_name=NAMES)
+PATHS = (
+    _targets(s.LineStep) | _targets(s.ArcStep, via=_PLACES) | _targets(s.ArcStep, via_name=NAMES)
+)
 STEPS = st.one_of(
     st.builds(s.JointsStep, joints=_JOINTS, speed=_SHARES),
     st.builds(s.NamedStep, name=NAMES, speed=_SHARES),

@@ -70,9 +70,12 @@ def test_a_dry_run_ends_at_the_first_refused_step_and_names_it(space: Workspace)
             StepSequence(steps=(WaitStep(seconds=0.0), LineStep(pose=place(0, 0, 0), frame="b"))),
             "step 2: there is no frame 'b'; ",
         ),
-        (StepSequence(tool="needle", steps=(WaitStep(seconds=0.0),)), "is for tool needle, the arm"),
+        (
+            StepSequence(tool="needle", steps=(WaitStep(seconds=0.0),)),
+            "is for tool needle, the arm",
+        ),
     ],
-)  # fmt: skip
+)
 def test_names_that_the_arm_does_not_have_are_refused(
     sequence: StepSequence, text: str, space: Workspace
 ) -> None:
@@ -83,9 +86,7 @@ def test_names_that_the_arm_does_not_have_are_refused(
 
 
 def test_nothing_moves_if_a_later_step_is_refused() -> None:
-    sequence = StepSequence(
-        steps=(NamedStep(name="center"), LineStep(pose=place(2.0, 0.0, 0.3)))
-    )
+    sequence = StepSequence(steps=(NamedStep(name="center"), LineStep(pose=place(2.0, 0.0, 0.3))))
     with Robot.simulated() as robot:
         robot.home()
         before = robot.state.positions

@@ -59,8 +59,16 @@ def test_a_file_is_written_whole_and_recognised(tmp_path: Path) -> None:
     ("old", "new", "text"),
     [
         ("speed: 0.3", "speed: 3", "line 7: steps[1].speed: 3 is outside 0.001 .. 1"),
-        ("width:", "widht:", "line 8: steps[2].widht is not a known parameter; did you mean width?"),
-        ("kind: wait", "kind: wiat", "line 9: steps[3]: there is no kind 'wiat'; did you mean wait?"),
+        (
+            "width:",
+            "widht:",
+            "line 8: steps[2].widht is not a known parameter; did you mean width?",
+        ),
+        (
+            "kind: wait",
+            "kind: wiat",
+            "line 9: steps[3]: there is no kind 'wiat'; did you mean wait?",
+        ),
         ("kind: wait, ", "", "line 9: steps[3]: it needs a kind; there are move_joints,"),
         ("speed: 0.3", "blend: 0.1", "line 7: steps[1].blend: 0.1 m, but the next step is no line"),
         ("speed: 0.3", "blend: 1e-9", "steps[1].blend: 1e-09 m is below 0.0001 m; 0 rests"),
@@ -74,7 +82,7 @@ def test_a_file_is_written_whole_and_recognised(tmp_path: Path) -> None:
         ("schema: 1\n", "", "line 1: schema is missing; begin with 'schema: 1'"),
         ("title: plate", 'title: "a\\nb"', "title: it must be one printable line"),
     ],
-)  # fmt: skip
+)
 def test_a_file_is_refused_with_its_line(old: str, new: str, text: str) -> None:
     assert FILE.count(old) == 1
     with pytest.raises(ConfigurationError) as caught:
