@@ -252,7 +252,8 @@ function gaps(plot, series, from, to) {
 function label(seconds, step) {
   const whole = Math.abs(seconds);
   const sign = seconds < -step / 2 ? "−" : "";
-  if (whole < 120) return `${sign}${number(whole, step < 0.1 ? 2 : step < 1 ? 1 : 0)} s`;
+  const digits = [0, 1].find((count) => Number.isInteger(step * 10 ** count)) ?? 2;
+  if (whole < 120) return `${sign}${number(whole, digits)} s`;
   const rest = Math.round(whole % 60);
   return `${sign}${Math.floor(whole / 60)} min${rest ? ` ${rest} s` : ""}`;
 }
