@@ -10,6 +10,7 @@ import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
 import { healthPanel } from "./panels/health.js";
 import { plotsPanel } from "./panels/plots.js";
+import { settingsPanel } from "./panels/settings.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
@@ -55,6 +56,7 @@ async function begin() {
   buildTabs(app, [
     plotsPanel,
     healthPanel(recovery),
+    settingsPanel,
   ]);
   showState(arm);
   keepLease(arm);
