@@ -8,6 +8,7 @@ import { at, printable } from "./dom.js";
 import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
+import { benchPanel } from "./panels/bench.js";
 import { healthPanel } from "./panels/health.js";
 import { plotsPanel } from "./panels/plots.js";
 import { settingsPanel } from "./panels/settings.js";
@@ -57,6 +58,7 @@ async function begin() {
     plotsPanel,
     healthPanel(recovery),
     settingsPanel,
+    benchPanel,
   ]);
   showState(arm);
   keepLease(arm);

@@ -20,4 +20,8 @@ export const EXPERIMENTS = [
   { fault: "hang", joint: true, value: null, switch: { on: 1, off: { fault: "hang", value: 0 } } },
   { fault: "freeze_encoder", joint: true, value: null, switch: { on: 1, off: { fault: "freeze_encoder", value: 0 } } },
   { fault: "overheat", joint: true, value: null, switch: { on: 1, off: { fault: "overheat", value: 0 } } },
+  { fault: "brown_out", joint: false, value: null, switch: { on: 1, off: null } },
+  { fault: "bus_flips", joint: false, value: "rate", initial: 0.01, switch: { on: 0, off: { fault: "bus_flips", value: 0 } } },
+  { fault: "bus_loss", joint: false, value: "share", initial: 5, switch: { on: 0, off: { fault: "bus_loss", value: 0 } } },
+  { fault: "bus_stuck", joint: false, value: null, switch: { on: 1, off: { fault: "bus_stuck", value: 0 } } },
 ];
