@@ -52,6 +52,8 @@ EXPECTED = {
     "GET /api/model": VIEWER,
     "GET /api/meshes/{name}": ABSENT,
     "GET /api/clearance": VIEWER,
+    "GET /api/parameters": VIEWER,
+    "POST /api/parameters/check": Expected(401, 422, 422),  # Without changes in its body.
     "POST /api/trajectories": Expected(401, 422, 422),  # Without a file in its body.
     "GET /openapi.json": VIEWER,
     "POST /api/stop": VIEWER,
