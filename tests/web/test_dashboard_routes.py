@@ -15,6 +15,8 @@ from bioscara.model.meshes import read_stl
 from bioscara.web.routes import trajectories
 from bioscara.web.scopes import Scope
 from processes import wait_until
+from recording.served_arm import recording
+from served import runtime_folder
 from web.gateways import LIMIT, Site, site
 
 CSV = b"time,j1,j2,j3,j4\n0,0.1,0.2,0.8,-0.5\n1,0.2,0.2,0.8,-0.5\n"
@@ -139,3 +141,24 @@ def test_changes_that_cannot_be_used_are_refused(body: bytes, left: Site) -> Non
 def test_threads_of_work_end_with_the_gateway(left: Site) -> None:
     names = [thread.name for thread in threading.enumerate()]
     assert sum(name.startswith("gateway-work") for name in names) <= 2
+
+
+def test_recordings_are_listed_downloaded_and_sampled(tmp_path: Path) -> None:
+    with runtime_folder(), site("left", speed=20.0, recordings=tmp_path) as made:
+        with recording(tmp_path) as recorder:
+            owner = made.served.owner  # type: ignore[union-attr]
+            begin = owner.sample.cycle
+            wait_until(lambda: owner.sample.cycle > begin + 200, "some cycles are recorded")
+            (path,) = recorder.end()
+        with made.http(headers=made.bearer(Scope.VIEW)) as client:
+            (entry,) = client.get("/api/recordings").json()
+            assert (entry["name"], entry["complete"]) == (path.name, True)
+            answer = client.get(f"/api/recordings/{path.name}")
+            assert answer.content == path.read_bytes()
+            assert path.name in answer.headers["content-disposition"]
+            samples = client.get(f"/api/recordings/{path.name}/samples?count=50").json()
+            assert 25 <= len(samples["times"]) <= 50
+            refused = client.get(f"/api/recordings/{path.name}/samples?count=1")
+            assert (refused.status_code, refused.json()["error"]) == (422, "InvalidArgumentError")
+            for name in ("left.sock", "..%2fleft.sock", path.name.upper()):
+                assert client.get(f"/api/recordings/{name}").status_code == 404

@@ -81,8 +81,8 @@ class ParameterChange(msgspec.Struct, frozen=True):
     """
 
     name: str
-    before: object
-    after: object
+    before: Any
+    after: Any
     unit: str
 
 

@@ -12,6 +12,7 @@ from starlette.types import ASGIApp
 from bioscara.dashboard.clearance import Clearance
 from bioscara.dashboard.model import ArmModel
 from bioscara.dashboard.parameters import ParameterChanges, ParameterDraft, ParameterTable
+from bioscara.dashboard.recordings import RecordedSamples, RecordingEntry
 from bioscara.dashboard.trajectories import CheckedTrajectory
 from bioscara.version import __version__
 from bioscara.web.guard import SIGN_IN_PERIOD, SIGN_INS, Guard
@@ -26,6 +27,7 @@ from bioscara.web.routes import (
     page,
     parameters,
     questions,
+    recordings,
     session,
     trajectories,
     websocket,
@@ -43,6 +45,8 @@ _TYPES: tuple[type[Any], ...] = (
     ParameterChanges,
     ParameterDraft,
     ParameterTable,
+    RecordedSamples,
+    RecordingEntry,
     *(result for _, result, _ in questions.QUESTIONS.values()),
 )
 """Types of the answers and bodies, for the OpenAPI document."""
@@ -90,6 +94,7 @@ def make_app(settings: WebSettings) -> FastAPI:
     trajectories.add(app, facts, work)
     clearance.add(app, facts, queries, work)
     parameters.add(app, queries, work)
+    recordings.add(app, settings, work)
     websocket.add(app, settings)
     openapi.add(app, _TYPES)
     return app
