@@ -3,6 +3,7 @@
 import { Arm, keepLease } from "./arm.js";
 import { App } from "./app.js";
 import { Connection } from "./connection.js";
+import { buildJog } from "./control/jog_pad.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
 import { buildHeader, buildMessages } from "./header.js";
@@ -46,6 +47,7 @@ async function begin() {
   arm.scope = await signIn();
   buildHeader(app);
   buildMessages(app);
+  buildJog(app);
   buildTabs(app, []);
   showState(arm);
   keepLease(arm);
