@@ -8,19 +8,19 @@ import { text } from "../texts.js";
  * Return why the arm cannot be moved.
  *
  * @param {App} app The page.
- * @param {{homed?: boolean, enabled?: boolean, jog?: boolean}} [needs] Whether it has to be homed and enabled, by default both;
- *   and whether it is a jog, which may begin while the former one still comes to rest.
+ * @param {{homed?: boolean, enabled?: boolean, idle?: boolean, jog?: boolean}} [needs] Whether it has to be homed,
+ *   enabled and at rest, by default all; and whether it is a jog, which may begin while the former one comes to rest.
  * @returns {string} The reason; empty if it can.
  */
-export function refusal({ arm }, { homed = true, enabled = true, jog = false } = {}) {
+export function refusal({ arm }, { homed = true, enabled = true, idle = true, jog = false } = {}) {
   const { sample } = arm;
   if (!arm.fresh || !sample) return text("refusal.stale");
   if (arm.scope === "view") return text("refusal.view");
   if (!arm.commands) return arm.lease?.client ? text("refusal.lease_elsewhere", { client: arm.lease.client }) : text("refusal.no_lease");
   if (arm.faulty) return text("refusal.fault");
-  if (sample.paused) return text("refusal.paused");
+  if (idle && sample.paused) return text("refusal.paused");
   const others = sample.moving.filter((name) => !(jog && name === "jog()"));
-  if (others.length) return text("refusal.busy", { what: others.join(", ") });
+  if (idle && others.length) return text("refusal.busy", { what: others.join(", ") });
   if (enabled && !sample.enabled) return text("refusal.disabled");
   if (homed && sample.positions.some((position) => position === null)) return text("refusal.not_homed");
   return "";
