@@ -9,13 +9,27 @@ from typing import Any
 from fastapi import FastAPI
 from starlette.types import ASGIApp
 
+from bioscara.dashboard.clearance import Clearance
 from bioscara.dashboard.model import ArmModel
+from bioscara.dashboard.sequences import DryRun, SequenceText
+from bioscara.dashboard.trajectories import CheckedTrajectory
 from bioscara.version import __version__
 from bioscara.web.guard import SIGN_IN_PERIOD, SIGN_INS, Guard
 from bioscara.web.owner_facts import OwnerFacts
 from bioscara.web.owner_queries import OwnerQueries
 from bioscara.web.rate_limit import RateLimits
-from bioscara.web.routes import http, model, openapi, page, questions, session, websocket
+from bioscara.web.routes import (
+    clearance,
+    http,
+    model,
+    openapi,
+    page,
+    questions,
+    sequences,
+    session,
+    trajectories,
+    websocket,
+)
 from bioscara.web.routes.work import Work
 from bioscara.web.settings import WebSettings
 
@@ -24,6 +38,10 @@ PUBLIC = frozenset({*page.ASSETS, "/healthz", "/session"})
 _TYPES: tuple[type[Any], ...] = (
     session.SignIn,
     ArmModel,
+    CheckedTrajectory,
+    Clearance,
+    DryRun,
+    SequenceText,
     *(result for _, result, _ in questions.QUESTIONS.values()),
 )
 """Types of the answers and bodies, for the OpenAPI document."""
@@ -68,6 +86,9 @@ def make_app(settings: WebSettings) -> FastAPI:
     session.add(app, settings)
     questions.add(app, settings, queries)
     model.add(app, facts, work)
+    trajectories.add(app, facts, work)
+    clearance.add(app, facts, queries, work)
+    sequences.add(app, facts, queries, work)
     websocket.add(app, settings)
     openapi.add(app, _TYPES)
     return app

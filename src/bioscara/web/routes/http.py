@@ -8,6 +8,7 @@ from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import Depends, FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
 from starlette.requests import ClientDisconnect, HTTPConnection
 
 from bioscara.api import framing
@@ -61,6 +62,7 @@ Viewer = Annotated[Credential, Depends(needs(Scope.VIEW))]
 
 def add_refusals(app: FastAPI) -> None:
     """Let errors of the routes be answered with a failure, as the owner's are."""
+    app.add_exception_handler(RequestValidationError, _refuse_values)
     app.add_exception_handler(_ScopeError, _refuse_scope)
     app.add_exception_handler(RefusedError, _refuse)
     app.add_exception_handler(RequestFailedError, _refuse_request)
@@ -144,6 +146,12 @@ async def received(request: Request, longest: int, timeout: float) -> bytes:
             HTTPStatus.REQUEST_TIMEOUT, f"the body took longer than {timeout:g} s to arrive"
         ) from None
     return bytes(body)
+
+
+async def _refuse_values(_: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)  # noqa: S101  as registered
+    texts = [f"{each['loc'][-1]}: {each['msg']}" for each in error.errors()]
+    return unusable(InvalidArgumentError("; ".join(texts)))
 
 
 async def _refuse(_: Request, error: Exception) -> Response:

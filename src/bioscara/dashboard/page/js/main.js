@@ -7,6 +7,10 @@ import { buildJog } from "./control/jog_pad.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
 import { buildHeader, buildMessages } from "./header.js";
+import { buildFaultStrip } from "./health/fault_strip.js";
+import { Recovery } from "./health/recovery.js";
+import { healthPanel } from "./panels/health.js";
+import { runPanel } from "./panels/run.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
@@ -48,7 +52,12 @@ async function begin() {
   buildHeader(app);
   buildMessages(app);
   buildJog(app);
-  buildTabs(app, []);
+  const recovery = new Recovery(app);
+  buildFaultStrip(app, recovery);
+  buildTabs(app, [
+    runPanel,
+    healthPanel(recovery),
+  ]);
   showState(arm);
   keepLease(arm);
   connection.connect();

@@ -1,10 +1,14 @@
 // Hold to run, without a page: requirements jog_r1 to jog_r10. A press opens a jog at the owner, beats keep it alive,
 // and whatever ends the press ends the jog. The owner ends it too, when no beat has come for EXPIRY.
 
+import { text } from "../texts.js";
+
 /** Time between two beats [ms]. */
 export const BEAT = 50;
 /** Time after which the owner ends a jog without beats [s]. */
 export const EXPIRY = 0.25;
+/** Time for which beats may wait for the network: what was sent in this turn of the page waits, too [ms]. */
+const PATIENCE = 200;
 
 /**
  * A velocity: of the joints [rad/s or m/s], or of the tool in the base [m/s, rad/s].
@@ -16,7 +20,8 @@ export const EXPIRY = 0.25;
  * @typedef {Object} HoldPort
  * @property {() => number} now Time that never goes back [ms].
  * @property {() => string} refusal Why nothing may be moved; empty if it may.
- * @property {() => string} doubt Why a beat may not be sent, as an old sample or a backlog; empty if it may.
+ * @property {() => string} doubt Why nothing may move on, as an old sample or no lease; empty if it may.
+ * @property {() => string} backlog Why a beat may not be sent now, as others still wait; empty if it may.
  * @property {(velocity: Velocity) => Promise<number>} start Opens a jog; returns the number of its goal.
  * @property {(goal: number, velocity: Velocity) => Promise<unknown>} beat Keeps it alive, with its velocity.
  * @property {(goal: number) => void} end Ends it.
@@ -63,7 +68,7 @@ export class Hold {
     if (this.down.has(source)) return;
     this.down.add(source);
     if (this.down.size > 1) {
-      this.end("two at once: release all, then press one");
+      this.end(text("jog.end.second"));
       return;
     }
     const why = this.port.refusal() || this.port.doubt();
@@ -112,12 +117,17 @@ export class Hold {
   tick() {
     if (!this.active) return;
     const late = this.port.now() - this.beaten > 1000 * EXPIRY;
-    const why = this.port.doubt() || (this.goal !== null && late ? "this page was too slow" : "");
+    const why = this.port.doubt() || (this.goal !== null && late ? text("jog.end.slow") : "");
     if (why) {
       this.end(why);
       return;
     }
     if (this.goal === null) return;
+    const backlog = this.port.backlog();
+    if (backlog) {
+      if (this.port.now() - this.beaten > PATIENCE) this.end(backlog);
+      return;
+    }
     const press = this.count;
     this.beaten = this.port.now();
     this.port.beat(this.goal, this.velocity()).catch((error) => {
@@ -149,7 +159,7 @@ export class Hold {
   #rest(press) {
     this.former = null;
     // The owner has ended it while it was held.
-    if (press === this.count && this.active) this.end("the arm has ended it");
+    if (press === this.count && this.active) this.end(text("jog.end.ended"));
     if (this.state === "waiting") this.#open();
   }
 

@@ -8,14 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bioscara.dashboard.model import ArmModel, meshes, model_of
+from bioscara.dashboard.model import ArmModel, model_of
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.model.loading import load_parameters
-from bioscara.model.meshes import read_stl
 from bioscara.robot import kinematics_of
-from bioscara.web.scopes import Scope
-from web.gateways import Site
 
 
 @pytest.fixture(scope="module")
@@ -63,15 +60,3 @@ def test_the_tool_of_the_model_is_where_the_kinematics_have_it(parameters: ArmPa
         expected = arm.forward(joints)
         assert in_base[:3, 3] == pytest.approx(expected[:3], abs=1e-9)
         assert math.atan2(in_base[1, 0], in_base[0, 0]) == pytest.approx(expected.yaw)
-
-
-def test_each_mesh_of_the_model_is_served(left: Site) -> None:
-    with left.http(headers=left.bearer(Scope.VIEW)) as client:
-        model = client.get("/api/model").json()
-        names = {visual["mesh"] for link in model["links"] for visual in link["visuals"]}
-        assert names == set(meshes())
-        answer = client.get("/api/meshes/link_1_printed.stl")
-        assert answer.headers["content-type"] == "model/stl"
-        assert abs(read_stl(answer.content)).max() < 1.0
-        for name in ("../bioscara.urdf", "..%2fbioscara.urdf", "absent.stl"):
-            assert client.get(f"/api/meshes/{name}").status_code == 404
