@@ -8,6 +8,7 @@ import { buildHeader, buildMessages } from "./header.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
+import { buildView } from "./view/view.js";
 
 /**
  * Exchange the token of the address for a cookie.
@@ -43,6 +44,7 @@ async function begin() {
   const app = new App(connection, arm);
   buildHeader(app);
   buildMessages(app);
+  buildView(app);
   buildTabs(app, []);
   showState(arm);
   keepLease(arm);
