@@ -42,5 +42,7 @@ def test_a_new_bundle_has_the_same_bytes() -> None:
     node = shutil.which("node")
     if node is None or not (TOOLS / "node_modules/esbuild").is_dir():
         pytest.skip("needs node and the packages of tools/dashboard, to make the bundle again")
-    done = subprocess.run([node, "bundle.mjs", "--check"], cwd=TOOLS, capture_output=True, text=True)
+    done = subprocess.run(
+        [node, "bundle.mjs", "--check"], cwd=TOOLS, capture_output=True, text=True
+    )
     assert (done.returncode, done.stderr) == (0, "")

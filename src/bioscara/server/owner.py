@@ -36,6 +36,7 @@ from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.events import Events
 from bioscara.server.goals import ClientGoal, Goals
+from bioscara.server.joint_reports import JointReports
 from bioscara.server.lease import Lease
 from bioscara.server.overlay_file import OverlayFile
 from bioscara.server.queries import (
@@ -113,6 +114,7 @@ class Owner:
             self._arm, self._plans, self._uploads, self._current_revision, self._conflict
         )
         self._stops = 0
+        self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
         self._controllers = ClientControllers(self._arm, self)
@@ -152,6 +154,7 @@ class Owner:
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
             m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
             m.GetParameters: lambda *_: self._overlay.state(),
+            m.GetJoints: lambda *_: Later(self._joints.ask, lambda joints: joints),
             m.SetParameters: self._set_parameters,
             m.ListControllers: lambda *_: controller_list(self._arm),
             m.ListFlightRecords: lambda *_: m.FlightRecordList(tuple(flight_records(evidence))),
