@@ -149,7 +149,8 @@ export class App {
    */
   seekPreview(time) {
     if (!this.preview) return;
-    this.preview.time = time;
+    const { times } = this.preview.trajectory;
+    this.preview.time = Math.min(Math.max(time, 0), times[times.length - 1] ?? 0);
     for (const listener of this.previewListeners) listener();
   }
 }

@@ -4,7 +4,7 @@
 const TOKENS = {
   back: "--view-back", grid: "--view-grid", stale: "--view-stale", commanded: "--view-commanded", plan: "--view-plan",
   trace: "--view-trace", keepOut: "--view-keep-out", keepIn: "--view-keep-in", table: "--view-table", load: "--view-load",
-  nearest: "--danger", target: "--view-target", x: "--view-x", y: "--view-y", z: "--view-z",
+  nearest: "--danger", near: "--warn", clear: "--good", target: "--view-target", x: "--view-x", y: "--view-y", z: "--view-z",
 };
 
 /** @typedef {Record<keyof typeof TOKENS, string>} Palette */

@@ -99,7 +99,8 @@ export class Target {
   get python() {
     const [x, y, z, yaw] = (this.pose ?? [0, 0, 0, 0]).map((value) => value.toFixed(4));
     const method = this.kind === "lin" ? "move_linear" : "move_to";
-    return `robot.${method}(Pose(${x}, ${y}, ${z}, ${yaw}), velocity_scaling=${this.speed})`;
+    const planned = `plan = robot.plan.${method}(Pose(${x}, ${y}, ${z}, ${yaw}), velocity_scaling=${this.speed})`;
+    return `${planned}\nrobot.execute(plan)`;
   }
 
   /** Ask for a plan and show it; nothing moves. */

@@ -5,6 +5,7 @@
 
 import { button, h, setText } from "../dom.js";
 import { DEGREE, MM } from "../format.js";
+import { copyButton } from "../python.js";
 import { text } from "../texts.js";
 
 /** Steps that can be chosen, in mm or degrees. */
@@ -31,7 +32,7 @@ export class TargetPanel {
       ...AXES.map((_, axis) => this.#row(axis)),
       h("div", { class: "row" }, this.#steps(), button(text("view.to_tool"), () => target.toTool())),
       this.#kinds(), this.#speed(),
-      h("div", { class: "row" }, this.planButton),
+      h("div", { class: "row" }, this.planButton, copyButton(() => target.python)),
       this.refusal,
     );
     target.listeners.push(() => this.#update());

@@ -5,8 +5,8 @@
 import { BufferAttribute, BufferGeometry, Group, Mesh, MeshLambertMaterial } from "../../../vendor/three.js";
 import { placed } from "../kinematics.js";
 
-/** Opacity of a ghost. */
-const GHOST = 0.38;
+/** How a ghost is drawn: where it is in the same place as the arm, behind it. */
+const GHOSTLY = { transparent: true, opacity: 0.38, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4 };
 
 /** The links of the arm, each with its meshes. */
 export class ArmBody {
@@ -44,7 +44,7 @@ export class ArmBody {
   #material(color) {
     let material = this.materials.get(color);
     if (!material) {
-      const see = this.ghost ? { transparent: true, opacity: GHOST, depthWrite: false } : {};
+      const see = this.ghost ? GHOSTLY : {};
       material = new MeshLambertMaterial({ color, flatShading: true, ...see });
       this.materials.set(color, material);
     }

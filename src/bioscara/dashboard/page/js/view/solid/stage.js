@@ -7,14 +7,16 @@ import {
 import { h } from "../../dom.js";
 
 /** Where the camera looks at first, and how far it is [m]. */
-const MIDDLE = new Vector3(0.15, 0, 0.26);
-const DISTANCE = 1.55;
+const MIDDLE = new Vector3(0.2, 0, 0.26);
+const DISTANCE = 1.4;
 /** Directions from the middle to the camera. */
 const PRESETS = {
   iso: [0.75, -0.85, 0.6], front: [1, 0, 0.12], side: [0, -1, 0.12], top: [-0.0001, 0, 1],
 };
 /** Vertical field of view [degrees]; half size and step of the grid on the ground [m]. */
 const FIELD = 38;
+/** Width of the picture as a share of its height, below which it shows more from top to bottom. */
+const WIDE = 1.4;
 const GRID = 0.75;
 const STEP = 0.125;
 /** Names by which drivers that draw in software report themselves. */
@@ -84,8 +86,9 @@ export class Stage {
     this.renderer.setPixelRatio(this.slow ? 0.5 : Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    // A narrow picture shows as much from side to side as a square one.
-    this.camera.fov = width >= height ? FIELD : (360 / Math.PI) * Math.atan(Math.tan((FIELD * Math.PI) / 360) * (height / width));
+    // A narrow picture shows as much from side to side as a wider one.
+    const narrow = Math.max(1, (WIDE * height) / width);
+    this.camera.fov = (360 / Math.PI) * Math.atan(Math.tan((FIELD * Math.PI) / 360) * narrow);
     this.camera.updateProjectionMatrix();
   }
 

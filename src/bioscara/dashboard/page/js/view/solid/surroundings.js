@@ -193,6 +193,10 @@ function axes(pose, colors) {
   );
   group.matrixAutoUpdate = false;
   group.matrix.fromArray(upright(pose));
-  for (const each of group.children) each.renderOrder = 3;
+  for (const each of group.children) {
+    each.renderOrder = 3;
+    // Seen through the arm, which stands around most of them.
+    /** @type {LineSegments<BufferGeometry, LineBasicMaterial>} */ (each).material.depthTest = false;
+  }
   return group;
 }

@@ -24,6 +24,8 @@ export class Tracks {
     for (const each of [this.pair, ...this.balls]) each.renderOrder = 5;
     this.pair.material.depthTest = false;
     this.group.add(this.trace, this.path, this.pair, ...this.balls);
+    /** @type {Palette | null} */
+    this.colors = null;
     /** @type {Float32Array | null} */
     this.drawnPath = null;
   }
@@ -32,8 +34,7 @@ export class Tracks {
   paint(colors) {
     this.trace.material.color.set(colors.trace);
     this.path.material.color.set(colors.plan);
-    this.pair.material.color.set(colors.nearest);
-    this.pairMaterial.color.set(colors.nearest);
+    this.colors = colors;
   }
 
   /** @param {Picture} picture What is drawn. */
@@ -46,7 +47,10 @@ export class Tracks {
     const [from, to] = [clearance?.link_point, clearance?.other_point];
     const paired = Boolean(from && to);
     for (const each of [this.pair, ...this.balls]) each.visible = paired;
-    if (!from || !to) return;
+    if (!from || !to || !clearance || !this.colors) return;
+    const color = { below: this.colors.nearest, near: this.colors.near, clear: this.colors.clear }[clearance.level];
+    this.pair.material.color.set(color);
+    this.pairMaterial.color.set(color);
     fill(this.pair, [...from, ...to], 2);
     this.balls[0].position.set(...from);
     this.balls[1].position.set(...to);
