@@ -11,6 +11,7 @@ from starlette.types import ASGIApp
 
 from bioscara.dashboard.clearance import Clearance
 from bioscara.dashboard.model import ArmModel
+from bioscara.dashboard.sequences import DryRun, SequenceText
 from bioscara.dashboard.trajectories import CheckedTrajectory
 from bioscara.version import __version__
 from bioscara.web.guard import SIGN_IN_PERIOD, SIGN_INS, Guard
@@ -24,6 +25,7 @@ from bioscara.web.routes import (
     openapi,
     page,
     questions,
+    sequences,
     session,
     trajectories,
     websocket,
@@ -38,6 +40,8 @@ _TYPES: tuple[type[Any], ...] = (
     ArmModel,
     CheckedTrajectory,
     Clearance,
+    DryRun,
+    SequenceText,
     *(result for _, result, _ in questions.QUESTIONS.values()),
 )
 """Types of the answers and bodies, for the OpenAPI document."""
@@ -84,6 +88,7 @@ def make_app(settings: WebSettings) -> FastAPI:
     model.add(app, facts, work)
     trajectories.add(app, facts, work)
     clearance.add(app, facts, queries, work)
+    sequences.add(app, facts, queries, work)
     websocket.add(app, settings)
     openapi.add(app, _TYPES)
     return app

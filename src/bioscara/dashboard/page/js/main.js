@@ -9,6 +9,7 @@ import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
 import { healthPanel } from "./panels/health.js";
+import { plotsPanel } from "./panels/plots.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
@@ -54,6 +55,7 @@ async function begin() {
   const recovery = new Recovery(app);
   buildFaultStrip(app, recovery);
   buildTabs(app, [
+    plotsPanel,
     healthPanel(recovery),
   ]);
   showState(arm);
