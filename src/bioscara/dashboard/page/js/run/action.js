@@ -62,7 +62,7 @@ export function quantity(label, unit, { value, min, max, step = 0.1, id } = {}) 
   return {
     element, input,
     value: () => (input.value.trim() === "" ? NaN : Number(input.value) * factor),
-    set: (given) => { input.value = String(Number((given / factor).toFixed(3))); },
+    set: (given) => { input.value = String(Number((given / factor).toFixed(2))); },
   };
 }
 
