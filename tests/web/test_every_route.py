@@ -59,6 +59,10 @@ EXPECTED = {
     "GET /api/recordings/{name}": ABSENT,
     "GET /api/recordings/{name}/samples": ABSENT,
     "POST /api/trajectories": Expected(401, 422, 422),  # Without a file in its body.
+    "POST /api/sequences/read": Expected(401, 422, 422),
+    "POST /api/sequences/write": Expected(401, 422, 422),
+    "POST /api/sequences/script": Expected(401, 422, 422),
+    "POST /api/sequences/plan": Expected(401, 422, 422),
     "GET /openapi.json": VIEWER,
     "POST /api/stop": VIEWER,
     "WEBSOCKET /ws": Expected(401, 101, 101),

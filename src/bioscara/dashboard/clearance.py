@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import msgspec
 
 from bioscara.api import messages as m
-from bioscara.api.values import scene_of
+from bioscara.api.values import workspace_of
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene
-from bioscara.robot.workspace.workspace import Workspace
 
 Point = tuple[float, float, float]
 
@@ -72,8 +70,5 @@ def surroundings(parameters: ArmParameters, workspace: m.WorkspaceState) -> tupl
     Raises:
         ConfigurationError: The scene is invalid.
     """
-    space = replace(Workspace.of(parameters), table=workspace.table, tool=workspace.tool)
-    space = space.with_scene(scene_of(workspace.scene)).with_widths(*workspace.widths)
-    if workspace.load is not None:
-        space = space.with_load(workspace.load)
+    space = workspace_of(parameters, workspace)
     return space.kinematics, space.surroundings

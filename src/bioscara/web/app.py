@@ -13,6 +13,7 @@ from bioscara.dashboard.clearance import Clearance
 from bioscara.dashboard.model import ArmModel
 from bioscara.dashboard.parameters import ParameterChanges, ParameterDraft, ParameterTable
 from bioscara.dashboard.recordings import RecordedSamples, RecordingEntry
+from bioscara.dashboard.sequences import DryRun, SequenceText
 from bioscara.dashboard.trajectories import CheckedTrajectory
 from bioscara.version import __version__
 from bioscara.web.guard import SIGN_IN_PERIOD, SIGN_INS, Guard
@@ -28,6 +29,7 @@ from bioscara.web.routes import (
     parameters,
     questions,
     recordings,
+    sequences,
     session,
     trajectories,
     websocket,
@@ -47,6 +49,8 @@ _TYPES: tuple[type[Any], ...] = (
     ParameterTable,
     RecordedSamples,
     RecordingEntry,
+    DryRun,
+    SequenceText,
     *(result for _, result, _ in questions.QUESTIONS.values()),
 )
 """Types of the answers and bodies, for the OpenAPI document."""
@@ -95,6 +99,7 @@ def make_app(settings: WebSettings) -> FastAPI:
     clearance.add(app, facts, queries, work)
     parameters.add(app, queries, work)
     recordings.add(app, settings, work)
+    sequences.add(app, facts, queries, work)
     websocket.add(app, settings)
     openapi.add(app, _TYPES)
     return app

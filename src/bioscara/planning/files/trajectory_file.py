@@ -23,7 +23,7 @@ CSV_MAX = 32 * 2**20
 """Largest CSV file that is read or written [bytes]: four joints fill a line with at most 13 numbers
 of 23 characters, so that :data:`ITEMS_MAX` points always fit."""
 
-_TOP_LEVEL = re.compile(r"^(poses|zones):", re.MULTILINE)
+_TOP_LEVEL = re.compile(r"^(poses|zones|steps):", re.MULTILINE)
 _SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
 
 
@@ -101,6 +101,11 @@ def _refuse_other_kind(path: str, text: str) -> None:
         raise TrajectoryError(
             f"is a table of named poses and holds no trajectory; move to one of its poses with "
             f"'bioscara move --name NAME --table {path}'"
+        )
+    if found[1] == "steps":
+        raise TrajectoryError(
+            "is a sequence of steps and holds no trajectory; carry it out with 'bioscara run "
+            f"{path}'"
         )
     raise TrajectoryError(
         f"describes surroundings and holds no trajectory; give it as --scene {path}, beside a "
