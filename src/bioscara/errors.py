@@ -410,6 +410,18 @@ class MotionCancelledError(BioscaraError):
     code = -273
 
 
+class JogExpiredError(MotionCancelledError):
+    """A jog received no velocity for its expiry; it came to rest on its path and does not resume.
+
+    Attributes:
+        expiry: Longest time without a velocity [s].
+    """
+
+    def __init__(self, message: str, expiry: float) -> None:
+        self.expiry = expiry
+        super().__init__(message)
+
+
 class BusyError(BioscaraError):
     """Another call is using the arm; nothing was done.
 

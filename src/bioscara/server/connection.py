@@ -445,7 +445,9 @@ class Connection(asyncio.Protocol):
                 self._send(m.RequestFailed(number, failure_of(error)))
                 return
         if command.unconfirmed < 0:
-            error = InvalidArgumentError(f"unconfirmed {command.unconfirmed} must not be below zero")
+            error = InvalidArgumentError(
+                f"unconfirmed {command.unconfirmed} must not be below zero"
+            )
             self._send(m.RequestFailed(number, failure_of(error)))
             return
         self._send(m.Response(number, m.Done()))

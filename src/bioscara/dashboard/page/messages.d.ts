@@ -524,6 +524,9 @@ export interface Introspection {
 
 export interface JogTask {
   kind: "jog";
+  expiry?: number | null;
+  joints?: JointVelocity | null;
+  tool?: ToolVelocity | null;
 }
 
 export interface JointParameters {
