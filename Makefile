@@ -86,13 +86,14 @@ tools/dashboard/node_modules/.installed: tools/dashboard/package.json tools/dash
 layers: $(VENV)/.dev
 	@$(BIN)/lint-imports
 
-fresh: $(VENV)/.dev
+fresh: $(VENV)/.dev tools/dashboard/node_modules/.installed
 	@$(BIN)/python -m bioscara.protocol.generate --check .
 	@$(BIN)/python -m tools.existing_arms --check
 	@$(BIN)/python -m tools.description --check
 	@$(BIN)/python -m tools.ros_packages --check
 	@$(BIN)/python -m tools.api_reference --check
 	@$(BIN)/python -m tools.message_types --check
+	@node tools/dashboard/bundle.mjs --check
 
 generate: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate .

@@ -17,8 +17,10 @@ from bioscara.api import messages
 
 ROOT = Path(__file__).parents[1]
 FILE = ROOT / "src/bioscara/dashboard/page/messages.d.ts"
-_HEAD = """// Generated from src/bioscara/api/messages.py by `make generate`: the messages of an owner, as JSON.
-"""
+_HEAD = (
+    "// Generated from src/bioscara/api/messages.py by `make generate`: the messages of an owner, "
+    "as JSON.\n"
+)
 _UNIONS = ("FromClient", "AnyCommand", "AnyTask", "Motion", "FromOwner", "AnyResult")
 _INPUTS = ("FromClient", "AnyCommand")
 """Unions of what a client sends: there a field with a default may be left out."""

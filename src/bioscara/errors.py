@@ -43,6 +43,7 @@
     ├── BusyError                     another call is using the arm
     ├── MotionTimeoutError            a motion took longer than it may
     ├── MotionCancelledError          a motion was cancelled
+    │   └── JogExpiredError           a jog received no velocity in time
     ├── RecordingError                a recording cannot be written or read
     └── OwnerError                    the process that owns the arm, or the way to it
         ├── OwnerLostError            ... it does not run, or does not answer

@@ -1,4 +1,4 @@
-"""A served arm with its page in a real browser, and a client of the owner that sees what the arm does."""
+"""A served arm with its page in a real browser, and a client that sees what the arm does."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ class Site:
         pid: Process of owner and gateway.
     """
 
-    def __init__(self, url: str, token_file: str, folder: Path, robot: RemoteRobot, pid: int) -> None:
+    def __init__(
+        self, url: str, token_file: str, folder: Path, robot: RemoteRobot, pid: int
+    ) -> None:
         self.url, self.folder, self.robot, self.pid = url, folder, robot, pid
         self._tokens = load_tokens(Path(token_file))
 
@@ -95,7 +97,7 @@ def command(page: Page) -> None:
 
 def at_rest(robot: RemoteRobot) -> bool:
     """Return whether nothing moves the arm, as the owner knows it."""
-    return not robot.state.moving
+    return not robot.is_moving
 
 
 def positions(robot: RemoteRobot) -> tuple[float, ...]:

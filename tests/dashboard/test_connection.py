@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import BrowserContext, Page
 
-from dashboard.rig import Site, open_page, wait_for_state
 from bioscara.web.scopes import Scope
-import pytest
+from dashboard.rig import Site, open_page, wait_for_state
 
 pytestmark = pytest.mark.realtime
 
 
 def test_the_page_shows_the_arm_and_removes_the_token_from_its_address(page: Page) -> None:
     assert "token" not in page.url
-    assert page.title() == "left – Bioscara"
+    assert page.title() == "left \u2013 SIMULATED \u2013 Bioscara"
     assert page.locator("html").get_attribute("data-simulated") == "true"
     sample = page.evaluate("bioscara.arm.sample")
     assert sample["names"] == ["j1", "j2", "j3", "j4"]
 
 
-def test_a_page_without_a_token_says_where_to_get_one(
-    context: BrowserContext, left: Site
-) -> None:
+def test_a_page_without_a_token_says_where_to_get_one(context: BrowserContext, left: Site) -> None:
     page = context.new_page()
     page.goto(left.url)
     wait_for_state(page, "signed-out")
@@ -29,7 +27,9 @@ def test_a_page_without_a_token_says_where_to_get_one(
 
 
 def test_a_page_that_stands_still_gets_no_queue_of_old_samples(page: Page) -> None:
-    page.evaluate("() => { const end = performance.now() + 1500; while (performance.now() < end); }")
+    page.evaluate(
+        "() => { const end = performance.now() + 1500; while (performance.now() < end); }"
+    )
     page.wait_for_timeout(300)
     assert page.evaluate("bioscara.arm.age") < 200
 

@@ -11,6 +11,7 @@ import httpx
 import pytest
 from starlette.routing import WebSocketRoute
 
+from bioscara.dashboard.assets import read_assets
 from bioscara.web.browser_sessions import LIFETIME
 from bioscara.web.scopes import Scope
 from web.gateways import LIMIT, Site, site
@@ -31,11 +32,12 @@ class Expected(NamedTuple):
 
 
 OPEN, VIEWER = Expected(200, 200, 200), Expected(401, 200, 200)
+PAGE = {f"GET {path}": OPEN for path in read_assets()}
+ABSENT = Expected(401, 404, 404)
 EXPECTED = {
     "GET /": OPEN,
-    "GET /page.js": OPEN,
-    "GET /page.css": OPEN,
     "GET /icon.svg": OPEN,
+    "GET /js/main.js": OPEN,
     "GET /healthz": OPEN,
     "GET /session": OPEN,
     "POST /session": Expected(403, 401, 401),  # Of a browser alone, and with a token in its body.
@@ -46,12 +48,21 @@ EXPECTED = {
     "GET /api/goals": VIEWER,
     "GET /api/statistics": VIEWER,
     "GET /api/flight-records": VIEWER,
-    "GET /api/flight-records/{name}": Expected(401, 404, 404),
+    "GET /api/flight-records/{name}": ABSENT,
+    "GET /api/model": VIEWER,
+    "GET /api/meshes/{name}": ABSENT,
+    "GET /api/clearance": VIEWER,
+    "POST /api/trajectories": Expected(401, 422, 422),  # Without a file in its body.
+    "POST /api/sequences/read": Expected(401, 422, 422),
+    "POST /api/sequences/write": Expected(401, 422, 422),
+    "POST /api/sequences/script": Expected(401, 422, 422),
+    "POST /api/sequences/plan": Expected(401, 422, 422),
     "GET /openapi.json": VIEWER,
     "POST /api/stop": VIEWER,
     "WEBSOCKET /ws": Expected(401, 101, 101),
 }
-"""Each route of the gateway. A new one is added here with what it asks for."""
+"""Each route of the gateway, and of the files of its page a few. A new one is added here with what
+it asks for."""
 FOREIGN = {
     "another site": ({"Origin": "https://evil.example"}, 403),
     "a sandboxed page": ({"Origin": "null"}, 403),
@@ -112,7 +123,7 @@ def _handshake(made: Site, path: str, headers: dict[str, str]) -> int:
 
 
 def test_each_route_has_its_row(left: Site) -> None:
-    assert sorted(routes(left)) == sorted(EXPECTED)
+    assert sorted(routes(left)) == sorted(EXPECTED | PAGE)
 
 
 @pytest.mark.parametrize("route", EXPECTED)
@@ -174,16 +185,20 @@ def test_every_answer_has_the_headers_that_protect_it(left: Site) -> None:
 
 def test_the_page_loads_nothing_that_its_policy_forbids(left: Site) -> None:
     with left.http() as client:
-        page, script = client.get("/").text, client.get("/page.js").text
-    assert "://" not in page
-    assert "data:" not in page
-    loaded = re.findall(r'(?:src|href)="([^"]*)"', page)
-    assert sorted(loaded) == ["icon.svg", "page.css", "page.js"]
-    assert "<script>" not in page
-    assert "onclick=" not in page
-    assert "style=" not in page
-    for forbidden in ("innerHTML", "outerHTML", "document.write", "eval(", "new Function"):
-        assert forbidden not in script
+        texts = {
+            path: client.get(path).text
+            for path in read_assets()
+            if path.endswith(("/", ".html", ".js")) and not path.startswith("/vendor/")
+        }
+    for path, text in texts.items():
+        for forbidden in ("innerHTML", "outerHTML", "document.write", "eval(", "new Function"):
+            assert forbidden not in text, path
+        if path.endswith(".js"):
+            continue
+        for forbidden in ("://", "data:", "<script>", "onclick=", "style="):
+            assert forbidden not in text, path
+        for loaded in re.findall(r'(?:src|href)="([^"#]+)"', text):
+            assert f"/{loaded}" in read_assets(), loaded
 
 
 def test_openapi_describes_each_route_and_the_messages(left: Site) -> None:
@@ -194,8 +209,7 @@ def test_openapi_describes_each_route_and_the_messages(left: Site) -> None:
         for path, methods in document["paths"].items()
         for method in methods
     }
-    page = {"GET /", "GET /page.js", "GET /page.css", "GET /icon.svg"}
-    assert described == set(EXPECTED) - page - {"GET /openapi.json", "WEBSOCKET /ws"}
+    assert described == set(EXPECTED) - set(PAGE) - {"GET /openapi.json", "WEBSOCKET /ws"}
     schemas = document["components"]["schemas"]
     assert {"StateSample", "FromClient", "FromOwner", "SignIn"} <= set(schemas)
     unknown = {"type": ["number", "null"]}

@@ -12,13 +12,13 @@ import msgspec
 import pytest
 
 from bioscara.api import messages as m
-from bioscara.web.app import _QUESTIONS
+from bioscara.web.routes.questions import QUESTIONS
 from bioscara.web.scopes import Scope
 from processes import wait_until
 from web.gateways import Site, site
 
 
-@pytest.mark.parametrize("path", _QUESTIONS)
+@pytest.mark.parametrize("path", QUESTIONS)
 def test_an_answer_is_the_struct_of_the_owner(path: str, left: Site) -> None:
     with left.http(headers=left.bearer(Scope.VIEW)) as client:
         answer = client.get(path)
@@ -26,8 +26,8 @@ def test_an_answer_is_the_struct_of_the_owner(path: str, left: Site) -> None:
     # Unknown numbers are null: the arm is not homed.
     known = answer.text.replace("[null,null,null,null]", "[0,0,0,0]")
     known = known.replace('"width":null', '"width":0')
-    result: Any = msgspec.json.decode(known, type=_QUESTIONS[path][1])
-    assert type(result) is _QUESTIONS[path][1]
+    result: Any = msgspec.json.decode(known, type=QUESTIONS[path][1])
+    assert type(result) is QUESTIONS[path][1]
 
 
 NAMES = ("stall.mcap", "a b;'\"=.mcap", "a\x1b[2J\nb.mcap", "größe.mcap", "%2e%2e.mcap")
@@ -96,13 +96,19 @@ def test_questions_at_once_get_each_their_answer_and_leave_no_connection() -> No
 
 def test_a_path_of_the_page_is_no_file_name(left: Site) -> None:
     with left.http(headers=left.bearer(Scope.VIEW)) as client:
-        for path in ("/page.py", "/%2e%2e/app.py", "/page%2fpage.js", "/index.html"):
+        for path in (
+            "/page.py",
+            "/%2e%2e/app.py",
+            "/js%2f..%2ficon.svg",
+            "/index.html",
+            "/messages.d.ts",
+        ):
             assert client.get(httpx.URL(left.origin + path)).status_code == 404
         assert (
-            client.get("/page.js").content
-            == (Path(__file__).parents[2] / "src/bioscara/web/page/page.js").read_bytes()
+            client.get("/js/main.js").content
+            == (Path(__file__).parents[2] / "src/bioscara/dashboard/page/js/main.js").read_bytes()
         )
 
 
 def test_the_messages_of_this_version_are_those_of_the_gateway() -> None:
-    assert m.VERSION == 1, "page.js says which version it speaks: change it there, too"
+    assert m.VERSION == 1, "connection.js says which version it speaks: change it there, too"

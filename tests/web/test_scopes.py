@@ -13,7 +13,8 @@ VIEW, OPERATE, ADMIN = Scope
 COMMANDS = {
     VIEW: "subscribe recall get_state get_description get_workspace get_faults get_goal get_lease "
     "get_statistics get_parameters get_log list_controllers list_flight_records get_flight_record "
-    "get_trajectories list_goals make_plan stop pause query_controller get_introspection",
+    "get_joints get_trajectories list_goals make_plan stop pause query_controller "
+    "get_introspection",
     OPERATE: "start add_points set_jog_velocity end_jog cancel pause_goal resume_goal resume "
     "set_speed_override acquire_lease renew_lease release_lease report",
     ADMIN: "set_parameters load_controller configure_controller cleanup_controller "
@@ -25,8 +26,7 @@ TASKS = {
     OPERATE: "move_joints move_to move_linear move_relative move_circular move_named move_sequence "
     "unfold home follow execute jog move_gripper open_gripper close_gripper grasp release_load "
     "enable disable enable_gripper disable_gripper acknowledge recover set_scene set_table "
-    "set_tool set_reduced_speed attach detach",
-    ADMIN: "simulate_fault",
+    "set_tool set_reduced_speed attach detach simulate_fault",
 }
 
 

@@ -140,6 +140,59 @@ class FaultValue(Value, frozen=True):
     evidence: str | None = None
 
 
+class JointCounters(Value, frozen=True):
+    """What a joint has counted since its boot, and its latched fault.
+
+    Attributes:
+        fault: Name of its first fault since cleared, as ``STALL``; ``NONE`` without one.
+        data: The number that it stored with the fault; docs/protocol.md has its meaning.
+        refusal: Name of the reason of its last refusal; ``NONE`` without one.
+        broken: Frames that arrived broken.
+        refused: Frames that it refused.
+        bus_errors: Errors of the bus that it met; null if its firmware does not count them.
+    """
+
+    fault: str
+    data: float
+    refusal: str
+    broken: int
+    refused: int
+    bus_errors: int | None
+
+
+class JointValue(Value, frozen=True, kw_only=True):
+    """One joint, as it describes itself.
+
+    Attributes:
+        name: Its name.
+        address: Its address on the bus.
+        protocol: Version of the protocol that it speaks; 0 while it is not identified.
+        firmware: Version of its firmware, as ``0.1``; empty for the original firmware.
+        boot_id: A number that differs between boots; null if its firmware has none.
+        reset_cause: Why its controller started, as ``power on``; empty if it does not report it.
+        capabilities: Functions beyond those of the original firmware.
+        mode: Command mode that it is in: ``none``, ``position``, ``velocity``, ``home`` or
+            ``track``.
+        halted: Why it takes no commands until a recovery; empty while it does.
+        hot: Whether its motor driver switched off because of its temperature; null if unknown.
+        retries: Exchanges that the host repeated since it began.
+        counters: What it counted; null if its firmware counts nothing, or they were never read.
+    """
+
+    name: str
+    address: int
+    protocol: int
+    firmware: str
+    boot_id: int | None
+    reset_cause: str
+    capabilities: tuple[str, ...]
+    mode: str
+    halted: str
+    hot: bool | None
+    retries: int
+    counters: JointCounters | None
+
+
 class GripperValue(Value, frozen=True):
     """How a motion of the jaws ended, as control_msgs has it.
 
@@ -319,16 +372,19 @@ Motion = (
 
 
 class HomeTask(Task, frozen=True, tag="home"):
-    """Home the joints that are not homed.
+    """Home the joints that are not homed, or chosen ones.
 
     Attributes:
         sensitivity: Position error that counts as a touch: one for all joints, by their names, or
             null for the configured ones.
         current: Drive current [%], likewise.
+        joints: Names of the joints to home, also where they are homed; null for all that are not.
+            Refused where another joint has to be homed before.
     """
 
     sensitivity: int | dict[str, int] | None = None
     current: int | dict[str, int] | None = None
+    joints: tuple[str, ...] | None = None
 
 
 class Follow(Task, frozen=True, tag="follow"):
@@ -1001,6 +1057,14 @@ class GetStatistics(Query, frozen=True, tag="get_statistics"):
     """Ask for the :class:`Statistics`."""
 
 
+class GetJoints(Query, frozen=True, tag="get_joints"):
+    """Ask for the :class:`JointList`: identity, state and counters of each joint.
+
+    The counters are read from the joints while nothing moves, at most every 2 s; otherwise they are
+    those that were read last.
+    """
+
+
 class GetParameters(Query, frozen=True, tag="get_parameters"):
     """Ask for the :class:`ParametersState`: the overlay of this arm."""
 
@@ -1138,6 +1202,7 @@ AnyCommand = (
     | GetTrajectories
     | GetLease
     | GetStatistics
+    | GetJoints
     | GetParameters
     | SetParameters
     | ListControllers
@@ -1378,6 +1443,18 @@ class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
     clients: int
     memory: int
     uptime: float
+
+
+class JointList(Result, frozen=True, tag="joint_list"):
+    """The joints, as they describe themselves.
+
+    Attributes:
+        joints: In the order of the arm.
+        counted: When their counters were read last, on the arm's clock; NaN if they never were.
+    """
+
+    joints: tuple[JointValue, ...]
+    counted: float
 
 
 class ParametersState(Result, frozen=True, tag="parameters_state"):
@@ -1633,6 +1710,7 @@ AnyResult = (
     | PointsAdded
     | GoalTrajectories
     | Statistics
+    | JointList
     | ParametersState
     | ControllerList
     | FlightRecordList

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from bioscara.api.failures import error_of, failure_of
@@ -13,13 +14,16 @@ from bioscara.api.messages import (
     GripperValue,
     SceneValue,
     TrajectoryValue,
+    WorkspaceState,
 )
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.control.faults.kinds import ArmFault, FaultKind
 from bioscara.hardware.interfaces import Quality
+from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.arm_bodies import GRIPPER
 from bioscara.planning.collision.scene import Box, Scene
+from bioscara.robot.workspace.workspace import Workspace
 
 QUALITIES = tuple(Quality)
 """Qualities in the order of their numbers in messages."""
@@ -62,6 +66,24 @@ def trajectory_of(value: TrajectoryValue) -> Trajectory:
     return Trajectory(
         value.joint_names, value.times, value.positions, value.velocities, value.accelerations
     )
+
+
+def workspace_of(parameters: ArmParameters, state: WorkspaceState) -> Workspace:
+    """Return the workspace of an arm, as its owner has it.
+
+    Args:
+        parameters: Parameters of the arm.
+        state: Its tool, scene, load and speed limit.
+
+    Raises:
+        ConfigurationError, InvalidArgumentError: The values contradict each other.
+    """
+    workspace = Workspace.of(parameters, reduced_speed=state.reduced_speed)
+    scene = replace(scene_of(state.scene), widths=workspace.scene.widths)
+    workspace = workspace.with_table(state.table).with_scene(scene).with_tool(state.tool.name)
+    if state.load is not None:
+        workspace = workspace.with_load(state.load)
+    return workspace.with_widths(*state.widths)
 
 
 def scene_value(scene: Scene) -> SceneValue:

@@ -225,13 +225,24 @@ def _add_demo_command(commands: Parser) -> None:
 
 
 def _add_run_command(commands: Parser) -> None:
-    run = _add_command(commands, "run", "Home the arm, run a trajectory file, report.")
+    run = _add_command(
+        commands, "run", "Home the arm, run a trajectory file and report, or a sequence of steps."
+    )
     run.add_argument(
         "file",
         metavar="FILE",
         type=Path,
-        help="ROS 2 trajectory as YAML (as 'ros2 topic echo' writes it) or CSV",
+        help="ROS 2 trajectory as YAML (as 'ros2 topic echo' writes it) or CSV, or a sequence of "
+        "steps as YAML",
     )
+    run.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="check or plan it and print the duration of each step; nothing moves",
+    )
+    _add_start(run, "joint positions at the start of a dry run of a sequence")
+    _add_table(run)
+    _add_tool(run, "name of the tool that is mounted, for a sequence")
     run.add_argument(
         "--fit",
         action="store_true",

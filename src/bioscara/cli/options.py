@@ -38,6 +38,7 @@ class Options(argparse.Namespace):
             their folder, or the file that a recovery writes.
         file: File of the trajectory, or of the recording.
         fit: Whether to stretch the trajectory in time to fit the limits.
+        dry_run: Whether to plan a sequence, or to check a trajectory, without moving.
         pose: Goal pose of the tool: x, y, z [m] and yaw [rad]; None if joints are given.
         joints: Goal positions of the joints; None if a pose is given.
         start: Joint positions at the start of a plan; None for :data:`START`.
@@ -103,6 +104,7 @@ class Options(argparse.Namespace):
     out: Path | None
     file: Path
     fit: bool
+    dry_run: bool
     pose: list[float] | None
     joints: list[float] | None
     start: Sequence[float] | None

@@ -3,7 +3,8 @@
 Begin with ``arm``, the joints of one bus, and ``axis``, one of them; ``gripper`` is the servo.
 ``component`` implements their lifecycle, ``interfaces`` the handles shared with controllers.
 ``mode_switching`` changes the joints' command modes, ``cyclic_io`` exchanges with them in each
-cycle, ``safe_stop`` brings them to rest despite any failure. ``ros2_control_tags`` reads a URDF.
+cycle, ``safe_stop`` brings them to rest despite any failure. ``ros2_control_tags`` reads a
+URDF, ``urdf_joints`` its joints.
 """
 
 from bioscara.hardware.arm import ArmHardware as ArmHardware

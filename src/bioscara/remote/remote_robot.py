@@ -8,7 +8,6 @@ import threading
 from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
@@ -16,9 +15,9 @@ from bioscara.api import messages as m
 from bioscara.api.values import (
     QUALITIES,
     fault_of,
-    scene_of,
     scene_value,
     trajectory_parts,
+    workspace_of,
 )
 from bioscara.arguments import flag, function, items, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
@@ -318,13 +317,7 @@ class RemoteRobot:
             known, workspace = self._workspace
             if (known.revision, known.widths) == (state.revision, state.widths):
                 return workspace
-        workspace = Workspace.of(self.parameters, reduced_speed=state.reduced_speed)
-        scene = replace(scene_of(state.scene), widths=workspace.scene.widths)
-        workspace = workspace.with_table(state.table).with_scene(scene)
-        workspace = workspace.with_tool(state.tool.name)
-        if state.load is not None:
-            workspace = workspace.with_load(state.load)
-        workspace = workspace.with_widths(*state.widths)
+        workspace = workspace_of(self.parameters, state)
         self._workspace = state, workspace
         return workspace
 
@@ -436,6 +429,7 @@ class RemoteRobot:
 
     def home(
         self,
+        joints: Sequence[str] | None = None,
         *,
         sensitivity: PerJoint = None,
         current: PerJoint = None,
@@ -447,7 +441,8 @@ class RemoteRobot:
         given: list[Any] = [
             dict(value) if isinstance(value, Mapping) else value for value in (sensitivity, current)
         ]
-        return self._begin(m.HomeTask(given[0], given[1]), timeout, on_cycle, wait)
+        names = None if joints is None else items("the joints to home", joints, 'give ["j2"]')
+        return self._begin(m.HomeTask(given[0], given[1], names), timeout, on_cycle, wait)
 
     def move_joints(
         self,

@@ -37,6 +37,7 @@ from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.events import Events
 from bioscara.server.goals import ClientGoal, Goals
 from bioscara.server.jog_stream import JogStream, velocity_of
+from bioscara.server.joint_reports import JointReports
 from bioscara.server.lease import Lease
 from bioscara.server.overlay_file import OverlayFile
 from bioscara.server.queries import (
@@ -114,6 +115,7 @@ class Owner:
             self._arm, self._plans, self._uploads, self._current_revision, self._conflict
         )
         self._stops = 0
+        self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
         self._controllers = ClientControllers(self._arm, self)
@@ -153,6 +155,7 @@ class Owner:
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
             m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
             m.GetParameters: lambda *_: self._overlay.state(),
+            m.GetJoints: lambda *_: Later(self._joints.ask, lambda joints: joints),
             m.SetParameters: self._set_parameters,
             m.ListControllers: lambda *_: controller_list(self._arm),
             m.ListFlightRecords: lambda *_: m.FlightRecordList(tuple(flight_records(evidence))),

@@ -22,10 +22,11 @@ from bioscara.web.addresses import (
     is_loopback,
     require_host_name,
 )
-from bioscara.web.app import WebSettings, guarded, make_app
+from bioscara.web.app import guarded, make_app
 from bioscara.web.browser_sessions import BrowserSessions
 from bioscara.web.certificates import fingerprint, self_signed
 from bioscara.web.scopes import Scope
+from bioscara.web.settings import WebSettings
 from bioscara.web.tokens import Tokens, default_path, load_tokens
 
 CONNECTIONS = 256
@@ -56,6 +57,7 @@ class GatewaySettings:
         certificate: File of the certificate; None for none, or a self-signed one.
         key: File of its key; given if the certificate is.
         self_signed: Whether to make a certificate.
+        recordings: Folder of the recordings that browsers may load.
     """
 
     arm: str
@@ -66,6 +68,7 @@ class GatewaySettings:
     certificate: Path | None = None
     key: Path | None = None
     self_signed: bool = False
+    recordings: Path = Path()
 
     @property
     def tls(self) -> bool:
@@ -105,7 +108,14 @@ class Gateway:
         try:
             port = self._listener.getsockname()[1]
             own = OwnAddresses(names, port, tls=settings.tls)
-            web = WebSettings(settings.arm, own, self.tokens, settings.tls, self.sessions)
+            web = WebSettings(
+                settings.arm,
+                own,
+                self.tokens,
+                settings.tls,
+                self.sessions,
+                settings.recordings,
+            )
             self.app = make_app(web)
             self._server = _Server(_config(guarded(self.app, web), certificate, key))
         except BaseException:

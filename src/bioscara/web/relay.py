@@ -195,22 +195,22 @@ class Relay:
         if not self._greeted:
             await self._refuse(None, ProtocolError("a request came before hello"))
             return Closing(_REFUSED, "a request came before hello")
-        if isinstance(message, m.Received):
-            await owner.send(payload)
-            return None
-        needed = required_scope(message.command)
-        if needed > self._client.scope:
-            command = message.command
-            what = command.task if isinstance(command, m.Start) else command
-            kind = what.__struct_config__.tag
-            text = (
-                f"{kind} needs the scope {needed.name.lower()}, and this client has "
-                f"{self._client.scope.name.lower()}; open the page with another token"
-            )
+        if isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
             await self._refuse(message.id, AccessError(text))
-            return None
-        await owner.send(payload)
+        else:
+            await owner.send(payload)
         return None
+
+    def _beyond_scope(self, command: m.AnyCommand) -> str:
+        """Return why the client may not give a command; empty if it may."""
+        needed = required_scope(command)
+        if needed <= self._client.scope:
+            return ""
+        what = command.task if isinstance(command, m.Start) else command
+        return (
+            f"{what.__struct_config__.tag} needs the scope {needed.name.lower()}, and this client "
+            f"has {self._client.scope.name.lower()}; open the page with another token"
+        )
 
     def _introduced(self, hello: m.ClientHello) -> m.ClientHello:
         """Return a hello with who the client is, and a session of clients of its scope alone.

@@ -30,6 +30,7 @@ _VIEW = frozenset(
         m.GetTrajectories,
         m.GetLease,
         m.GetStatistics,
+        m.GetJoints,
         m.GetParameters,
         m.ListControllers,
         m.ListFlightRecords,
@@ -91,6 +92,8 @@ _OPERATE_TASKS = frozenset(
         m.SetReducedSpeed,
         m.AttachTask,
         m.DetachTask,
+        # The owner refuses it on a real arm, and on a simulated one it harms nothing.
+        m.SimulateFault,
     }
 )
 

@@ -1,4 +1,7 @@
-"""``bioscara run FILE`` and ``bioscara demo``: check, home, follow, stop, report."""
+"""``bioscara run FILE`` and ``bioscara demo``: check, home, follow, stop, report.
+
+A sequence of steps is carried out by :mod:`bioscara.cli.sequence`.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import NamedTuple
 
+from bioscara.cli import sequence
 from bioscara.cli.arm import (
     acknowledge_faults,
     at_full_speed,
@@ -47,6 +51,7 @@ from bioscara.report import (
 )
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of
+from bioscara.robot.sequences.sequence_file import is_sequence
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.version import __version__
 
@@ -61,6 +66,8 @@ def run(options: Options) -> int:
         TrajectoryError: The file cannot be read, or its trajectory cannot be executed.
         BioscaraError: The run was refused or failed otherwise before anything moved.
     """
+    if options.command == "run" and is_sequence(options.file):
+        return sequence.run(options)
     parameters = parameters_from(options)
     if options.command == "demo":
         with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
@@ -82,7 +89,18 @@ def run(options: Options) -> int:
             fit=options.fit,
             full_speed=options.full_speed,
         )
+    if options.command == "run" and options.dry_run:
+        return _describe(job)
     return run_job(job, parameters, options)
+
+
+def _describe(job: Job) -> ExitStatus:
+    output = Output()
+    output.line(f"trajectory: {job.source}, {job.trajectory.duration:.2f} s")
+    for note in job.notes:
+        output.line(f"note: {note}")
+    output.check()
+    return ExitStatus.OK
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 export type FromClient = ClientHello | ClientRequest | Received;
 
-export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
 export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | SimulateFault;
 
@@ -10,7 +10,7 @@ export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircu
 
 export type FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | Event | GoalCycle;
 
-export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
 
 export interface Accepted {
   kind: "accepted";
@@ -95,7 +95,7 @@ export interface ClientHello {
 export interface ClientRequest {
   kind: "request";
   id: number;
-  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
   epoch?: number | null;
 }
 
@@ -355,6 +355,10 @@ export interface GetIntrospection {
   kind: "get_introspection";
 }
 
+export interface GetJoints {
+  kind: "get_joints";
+}
+
 export interface GetLease {
   kind: "get_lease";
 }
@@ -496,6 +500,7 @@ export interface HomeTask {
   kind: "home";
   sensitivity?: number | Record<string, number> | null;
   current?: number | Record<string, number> | null;
+  joints?: string[] | null;
 }
 
 export interface HomingParameters {
@@ -529,6 +534,21 @@ export interface JogTask {
   tool?: ToolVelocity | null;
 }
 
+export interface JointCounters {
+  fault: string;
+  data: number;
+  refusal: string;
+  broken: number;
+  refused: number;
+  bus_errors: number | null;
+}
+
+export interface JointList {
+  kind: "joint_list";
+  joints: JointValue[];
+  counted: number;
+}
+
 export interface JointParameters {
   name: string;
   address: number;
@@ -556,6 +576,21 @@ export interface JointTrajectory {
   joint_names: string[];
   points: Point[];
   stamp?: number;
+}
+
+export interface JointValue {
+  name: string;
+  address: number;
+  protocol: number;
+  firmware: string;
+  boot_id: number | null;
+  reset_cause: string;
+  capabilities: string[];
+  mode: string;
+  halted: string;
+  hot: boolean | null;
+  retries: number;
+  counters: JointCounters | null;
 }
 
 export type JointVelocity = [number, number, number, number];
@@ -785,7 +820,7 @@ export interface RequestFailed {
 export interface Response {
   kind: "response";
   id: number;
-  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
 }
 
 export interface Resume {

@@ -21,6 +21,7 @@ from bioscara.kinematics import Pose, Scara
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, WRIST, Body
 from bioscara.planning.collision.margins import MARGINS, goal_slack
+from bioscara.planning.collision.nearest_points import Point, nearest_points
 from bioscara.planning.collision.scene_pairs import LINKS, Layout, layout_of
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.collision.swept import refusal, sweep
@@ -256,6 +257,41 @@ class Scene:
         Raises:
             InvalidArgumentError: A joint is not a finite number.
         """
+        found = self._nearest(arm, joints)
+        return None if found is None else found[1]
+
+    def nearest_points(
+        self, arm: Scara, joints: Sequence[float]
+    ) -> tuple[NearestPair, tuple[Point, Point] | None] | None:
+        """Return :meth:`nearest_pair`, and a point of each of the two that is nearest to the other.
+
+        Args:
+            arm: The arm with its tool.
+            joints: j1 to j4 [rad, m, rad, rad].
+
+        Returns:
+            Pair and points x, y, z [m] in the base frame, without points for a keep-in zone; None
+            without any pair.
+
+        Raises:
+            InvalidArgumentError: A joint is not a finite number.
+        """
+        found = self._nearest(arm, joints)
+        if found is None:
+            return None
+        row, nearest = found
+        layout = self.layout(arm)
+        if layout.pairs[row].keep_in:
+            return nearest, None
+        one, other = layout.nearest_parts(arm, np.array(joints, dtype=np.float64), row)
+        if other is None:
+            # The table has no borders: its nearest point is below the link.
+            height = self.table_height or 0.0
+            return nearest, ((one.x, one.y, one.low), (one.x, one.y, height))
+        return nearest, nearest_points(one, other)
+
+    def _nearest(self, arm: Scara, joints: Sequence[float]) -> tuple[int, NearestPair] | None:
+        """Return the number and description of the pair with the least clearance."""
         rows = np.array([joints], dtype=np.float64)
         _check_finite(rows)
         layout = self.layout(arm)
@@ -265,7 +301,7 @@ class Scene:
         row = int(clearances.argmin())
         pair = layout.pairs[row]
         distance = float(clearances[row]) - pair.allowed
-        return NearestPair(pair.link, pair.zone, distance, self.margin - pair.allowed)
+        return row, NearestPair(pair.link, pair.zone, distance, self.margin - pair.allowed)
 
     def check(
         self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None

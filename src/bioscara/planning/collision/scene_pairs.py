@@ -135,6 +135,27 @@ class Layout:
                 np.minimum(part, bounds.min(axis=0), out=part)
         return result
 
+    def nearest_parts(self, arm: Scara, joints: Array, row: int) -> tuple[Prism, Prism | None]:
+        """Return the parts of a pair that are nearest to each other, in the base frame.
+
+        Args:
+            arm: The arm that the layout is for.
+            joints: j1 to j4 [rad, m, rad, rad], shape (4,).
+            row: Number of the pair.
+
+        Returns:
+            The part of the link, and that of its counterpart; None for the table.
+        """
+        at, count = frames(arm, joints[None]), len(self._ends)
+        none = np.zeros(1, dtype=np.intp)
+        if row >= count:
+            return self._hulls.at(at, self._above[[row - count]], none).prism(0), None
+        _, parts = self._parts_of(np.array([row]))
+        values = self._of_parts(at, np.full(len(parts), row), parts, 0 * parts)
+        nearest = parts[[int(values.argmin())]]
+        one, other = (self._shapes.at(at, column[nearest], none) for column in self._parts)
+        return one.prism(0), other.prism(0)
+
     def near(self, arm: Scara, joints: Array, far: float) -> tuple[Layout | None, float]:
         """Return the pairs nearer than a distance, and a lower bound of the least clearance [m].
 

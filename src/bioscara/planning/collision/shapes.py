@@ -140,6 +140,12 @@ class Placed(NamedTuple):
         """Return some of the shapes."""
         return Placed(*(column[index] for column in self))
 
+    def prism(self, number: int) -> Prism:
+        """Return one of single shapes."""
+        row = (float(column[number]) for column in self)
+        x, y, cos, sin, half_x, half_y, radius, low, high = row
+        return Prism(x, y, half_x, half_y, low, high, radius, math.atan2(sin, cos))
+
     def at(self, shape: Index, instant: Index) -> Placed:
         """Return single shapes, each at one of the instants, shape (n,)."""
         return Placed(

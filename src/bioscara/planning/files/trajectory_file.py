@@ -23,7 +23,7 @@ CSV_MAX = 32 * 2**20
 """Largest CSV file that is read or written [bytes]: four joints fill a line with at most 13 numbers
 of 23 characters, so that :data:`ITEMS_MAX` points always fit."""
 
-_TOP_LEVEL = re.compile(r"^(poses|zones):", re.MULTILINE)
+_TOP_LEVEL = re.compile(r"^(poses|zones|steps):", re.MULTILINE)
 _SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
 
 
@@ -51,17 +51,44 @@ def read(path: str | Path) -> TrajectoryFile:
     """
     path = Path(path)
     try:
-        if path.suffix.lower() == ".csv":
-            return TrajectoryFile(_trajectory_of_csv(_text(path, CSV_MAX)), ())
-        text = _text(path, SIZE_MAX)
-        _refuse_other_kind(path, text)
-        trajectory, notes = trajectory_of_yaml(text)
+        data = _content(path, _limit(path.suffix))
     except TrajectoryError as error:
         raise TrajectoryError(f"{path}: {error}") from error
+    return read_content(str(path), data)
+
+
+def read_content(name: str, data: bytes) -> TrajectoryFile:
+    """Read a trajectory from the content of a file, as :func:`read`.
+
+    Args:
+        name: Name of the file: its suffix, and how messages name it.
+        data: Its content.
+
+    Raises:
+        TrajectoryError: It holds no trajectory; the message names the file and, if known, the line
+            or point.
+    """
+    suffix = Path(name).suffix
+    try:
+        text = _text(data, _limit(suffix))
+        if _is_csv(suffix):
+            return TrajectoryFile(_trajectory_of_csv(text), ())
+        _refuse_other_kind(name, text)
+        trajectory, notes = trajectory_of_yaml(text)
+    except TrajectoryError as error:
+        raise TrajectoryError(f"{name}: {error}") from error
     return TrajectoryFile(trajectory, notes)
 
 
-def _refuse_other_kind(path: Path, text: str) -> None:
+def _is_csv(suffix: str) -> bool:
+    return suffix.lower() == ".csv"
+
+
+def _limit(suffix: str) -> int:
+    return CSV_MAX if _is_csv(suffix) else SIZE_MAX
+
+
+def _refuse_other_kind(path: str, text: str) -> None:
     """Refuse the other files of an arm that are YAML, which no message can be.
 
     Raises:
@@ -74,6 +101,11 @@ def _refuse_other_kind(path: Path, text: str) -> None:
         raise TrajectoryError(
             f"is a table of named poses and holds no trajectory; move to one of its poses with "
             f"'bioscara move --name NAME --table {path}'"
+        )
+    if found[1] == "steps":
+        raise TrajectoryError(
+            "is a sequence of steps and holds no trajectory; carry it out with 'bioscara run "
+            f"{path}'"
         )
     raise TrajectoryError(
         f"describes surroundings and holds no trajectory; give it as --scene {path}, beside a "
@@ -127,18 +159,21 @@ def _apart(times: list[float]) -> list[int]:
     return kept if len(times) == 1 else [*kept, len(times) - 1]
 
 
-def _text(path: Path, limit: int) -> str:
+def _content(path: Path, limit: int) -> bytes:
     try:
         if path.is_dir():
             raise TrajectoryError("is a folder; name a trajectory file")
         with open(path, "rb") as file:
             if os.fstat(file.fileno()).st_size > limit:
                 raise TrajectoryError(f"is larger than {limit // 2**20} MiB; split it")
-            data = file.read(limit + 1)
+            return file.read(limit + 1)
     except FileNotFoundError:
         raise TrajectoryError("does not exist") from None
     except OSError as error:
         raise TrajectoryError(f"cannot be read: {error.strerror}") from error
+
+
+def _text(data: bytes, limit: int) -> str:
     if not data.strip():
         raise TrajectoryError("is empty")
     if len(data) > limit:

@@ -46,6 +46,8 @@ export class Arm {
     this.lease = null;
     /** Epoch of the lease of this page; null without one. @type {number | null} */
     this.epoch = null;
+    /** How this page lost the lease: given back, by a break of the connection, or ended by the owner. @type {"" | "given" | "broken" | "ended"} */
+    this.loss = "";
     /** Newest last. @type {Event[]} */
     this.events = [];
     /** By number, oldest first. @type {Map<number, GoalValue>} */
@@ -114,9 +116,11 @@ export class Arm {
    *
    * @param {Topic} topic The topic.
    * @param {() => void} listener The function.
+   * @returns {() => void} Lets it not be called any more.
    */
   on(topic, listener) {
     this.listeners.set(topic, [...(this.listeners.get(topic) ?? []), listener]);
+    return () => { this.listeners.set(topic, (this.listeners.get(topic) ?? []).filter((each) => each !== listener)); };
   }
 
   /** @param {Topic} topic */
@@ -132,10 +136,10 @@ export class Arm {
       this.lastEvent = Math.max(welcome.last_event - KEPT, 0);
       this.events = [];
       this.goals.clear();
-      this.epoch = null;
+      this.#part("broken");
       this.#tell("reset");
     } else if (!welcome.resumed) {
-      this.epoch = null;
+      this.#part("broken");
     }
     // A connection that broke gives no right to command: a person asks again.
     this.drop();
@@ -188,8 +192,14 @@ export class Arm {
   /** @param {LeaseValue} lease */
   #setLease(lease) {
     this.lease = lease;
-    if (this.epoch !== null && lease.epoch !== this.epoch) this.epoch = null;
-    if (lease.client === null) this.epoch = null;
+    if (lease.epoch !== this.epoch || lease.client === null) this.#part("ended");
+  }
+
+  /** @param {"given" | "broken" | "ended"} loss */
+  #part(loss) {
+    if (this.epoch === null) return;
+    this.epoch = null;
+    this.loss = loss;
   }
 
   /**
@@ -201,13 +211,14 @@ export class Arm {
     const result = await this.connection.request({ kind: "acquire_lease", time_to_live: 2, force });
     this.epoch = result.lease.epoch;
     this.lease = result.lease;
+    this.loss = "";
     this.#tell("lease");
   }
 
   /** Give the lease back. */
   async release() {
     const { epoch } = this;
-    this.epoch = null;
+    this.#part("given");
     this.#tell("lease");
     if (epoch !== null) await this.connection.request({ kind: "release_lease" }, epoch);
   }
@@ -215,7 +226,7 @@ export class Arm {
   /** Give up the lease without the owner, as after a break of the connection. */
   drop() {
     const { epoch } = this;
-    this.epoch = null;
+    this.#part("broken");
     if (epoch !== null) this.connection.request({ kind: "release_lease" }, epoch).catch(() => {});
   }
 

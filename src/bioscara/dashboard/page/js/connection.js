@@ -42,6 +42,8 @@ export class Connection {
     this.welcome = null;
     /** Least of the latest round trips [ms]; NaN before the first. */
     this.roundTrip = NaN;
+    /** When the newest message of the owner came [ms]. */
+    this.heard = -Infinity;
     /** @type {Map<string, ((message: any) => void)[]>} */
     this.handlers = new Map();
     /** @type {Map<number, {resolve: (result: any) => void, reject: (error: Error) => void, sent: number}>} */
@@ -133,6 +135,7 @@ export class Connection {
 
   /** @param {FromOwner} message */
   #receive(message) {
+    this.heard = performance.now();
     if (message.kind === "welcome") {
       this.attempt = 0;
       this.greeted = true;

@@ -1,13 +1,31 @@
-// The header: which arm, its state, who commands, the connection, STOP; and messages below it.
+// The header: which arm, its state and what it allows, who commands, the connection; and messages below it.
 
 /** @import { App } from "./app.js" */
 
+import { buildLease } from "./control/lease.js";
 import { at, button, h, printable, setText } from "./dom.js";
 import { duration } from "./format.js";
+import { pageState } from "./states.js";
 import { text } from "./texts.js";
 
 /** Time for which a message stays [ms]. */
 const MESSAGE = 8000;
+/** Time between two looks at the age of values that are old [ms]. */
+const LOOK = 500;
+
+/** Mark and colour of each state of the page; words are in the texts. */
+const STATES = {
+  "signed-out": ["⊘", "action"],
+  "mismatch": ["≠", "warn"],
+  "connecting": ["↻", ""],
+  "gone": ["✖", "danger"],
+  "stale": ["◷", "warn"],
+  "fault": ["▲", "danger"],
+  "recovering": ["↻", "action"],
+  "lease-elsewhere": ["◐", ""],
+  "no-lease": ["○", ""],
+  "commanding": ["●", "good"],
+};
 
 /**
  * Build the header.
@@ -15,24 +33,86 @@ const MESSAGE = 8000;
  * @param {App} app The page.
  */
 export function buildHeader(app) {
+  buildIdentity(app);
+  buildLease(app);
+  buildLink(app);
+  at("footer").append(text("app.footer"));
+}
+
+/** @param {App} app */
+function buildIdentity(app) {
   const { arm, connection } = app;
   const name = h("h1");
-  const kind = h("span", { class: "badge" });
-  at("identity").append(h("div", { class: "row" }, name, kind));
-  const link = at("link");
-  link.setAttribute("role", "status");
+  const kind = h("span", { class: "badge kind" });
+  const mark = h("span", { "aria-hidden": "true" });
+  const word = h("span");
+  const state = h("span", { class: "badge state" }, mark, word);
+  const condition = h("span", { class: "badge condition" });
+  const allowed = h("p", { class: "dim allowed" });
+  const reload = button(text("header.reload"), () => location.reload(), { hidden: true });
+  const live = h("div", { class: "row", role: "status" }, state, condition);
+  at("identity").append(h("div", { class: "row" }, name, kind, live, reload), allowed);
 
   function update() {
-    const welcome = connection.welcome;
-    setText(name, welcome?.owner ?? text("app.title"));
-    document.title = `${printable(welcome?.owner ?? "")} – ${text("app.title")}`;
-    const state = arm.link;
-    const age = duration(arm.age / 1000);
-    setText(link, text(`link.${state}`, { age }) + (arm.reason ? `: ${arm.reason}` : ""));
+    const owner = connection.welcome?.owner;
+    setText(name, owner ?? text("app.title"));
+    const { description } = arm;
+    const simulated = description?.simulated;
+    kind.dataset.kind = description ? (simulated ? "simulated" : "real") : "unknown";
+    setText(kind, text(`header.${kind.dataset.kind}`));
+    kind.title = description?.arm ?? "";
+    const title = `${printable(owner ?? "")} – ${simulated ? `${text("header.simulated")} – ` : ""}${text("app.title")}`;
+    if (document.title !== title) document.title = title;
+    const now = pageState(arm);
+    const [sign, colour] = STATES[now];
+    setText(mark, sign);
+    setText(word, text(`state.${now}`));
+    state.className = `badge state ${colour}`;
+    setText(allowed, text(`allowed.${now}`) + (now === "mismatch" || now === "signed-out" ? ` ${arm.reason}` : ""));
+    reload.hidden = !["mismatch", "signed-out", "gone"].includes(now);
+    const [what, tone] = conditionOf(app);
+    condition.hidden = what === "";
+    setText(condition, what);
+    condition.className = `badge condition ${tone}`;
   }
-  for (const topic of /** @type {const} */ (["link", "description", "reset"])) arm.on(topic, update);
+  for (const topic of /** @type {const} */ (["sample", "link", "lease", "description", "reset"])) arm.on(topic, update);
   update();
-  at("footer").append(text("app.footer"));
+}
+
+/**
+ * Return what the arm does, and the colour for it.
+ *
+ * @param {App} app The page.
+ * @returns {[string, string]} Both; empty where it is not known.
+ */
+function conditionOf({ arm }) {
+  const { sample } = arm;
+  if (!sample || !arm.fresh) return ["", ""];
+  if (sample.paused) return [text("condition.paused"), "action"];
+  if (sample.moving.length) return [text("condition.busy", { what: sample.moving.join(", ") }), "good"];
+  if (!sample.enabled) return [text("condition.disabled"), ""];
+  if (sample.positions.some((position) => position === null)) return [text("condition.not_homed"), "action"];
+  return [text("condition.ready"), "good"];
+}
+
+/** @param {App} app */
+function buildLink(app) {
+  const { arm, connection } = app;
+  const word = h("span", { role: "status" });
+  const trip = h("span", { class: "dim trip" });
+  at("link").append(h("div", { class: "column" }, word, trip));
+
+  function update() {
+    const state = arm.link;
+    const age = arm.sample ? duration(Math.round(arm.age / 100) / 10) : "";
+    const last = arm.sample ? new Date(Date.now() - arm.age).toLocaleTimeString() : "";
+    setText(word, text(`link.${state}`, { age, last }) + (state !== "live" && arm.reason ? `: ${arm.reason}` : ""));
+    setText(trip, Number.isNaN(connection.roundTrip) || state === "gone" ? "" : text("link.trip", { trip: Math.ceil(connection.roundTrip) }));
+  }
+  for (const topic of /** @type {const} */ (["link", "description", "reset", "lease"])) arm.on(topic, update);
+  // No event tells that time passes.
+  setInterval(() => { if (arm.link === "stale" || arm.link === "gone") update(); }, LOOK);
+  update();
 }
 
 /**
@@ -44,7 +124,7 @@ export function buildMessages(app) {
   const host = at("messages");
   app.messageListeners.push((message, kind) => {
     const line = h("p", { class: `message ${kind}`, text: message });
-    const close = button("×", () => line.remove(), { "aria-label": "close" });
+    const close = button("×", () => line.remove(), { "aria-label": text("header.close") });
     line.append(" ", close);
     host.prepend(line);
     while (host.children.length > 3) host.lastChild?.remove();

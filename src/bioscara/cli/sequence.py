@@ -1,0 +1,122 @@
+"""``bioscara run FILE`` with a sequence of steps: carried out, or planned without moving."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bioscara.cli.arm import arrange
+from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
+from bioscara.cli.options import Options
+from bioscara.cli.output.console import ExitStatus, Output, columns, complain
+from bioscara.cli.parameters import parameters_from
+from bioscara.cli.target import planner_from, scene_from
+from bioscara.cli.teach_table import lookup, read_table
+from bioscara.errors import InvalidArgumentError
+from bioscara.robot import Robot
+from bioscara.robot.planner import Planner
+from bioscara.robot.sequences.calls import calls
+from bioscara.robot.sequences.dry_run import Verdict, dry_run
+from bioscara.robot.sequences.running import run_sequence
+from bioscara.robot.sequences.sequence_file import read_sequence
+from bioscara.robot.sequences.steps import StepSequence, require_tool
+
+
+def run(options: Options) -> ExitStatus:
+    """Home the arm where necessary and carry out the sequence, or plan it with ``--dry-run``.
+
+    Raises:
+        BioscaraError: The sequence was refused before anything moved.
+        OSError: Standard output cannot be written.
+    """
+    for word, given in (("--fit", options.fit), ("--out", options.out is not None)):
+        if given:
+            raise InvalidArgumentError(
+                f"{word} applies only to trajectories, and {options.file} is a sequence of steps; "
+                "leave it out"
+            )
+    sequence, output = read_sequence(options.file), Output()
+    status = (
+        _plan(options, sequence, output) if options.dry_run else _run(options, sequence, output)
+    )
+    output.check()
+    return status
+
+
+def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus:
+    parameters = parameters_from(options)
+    wanted = None
+    if options.arm is None:
+        wanted = _planner(options)
+        _check(sequence, wanted)
+    with opened_arm(options, parameters, output) as (robot, cancelled):
+        if wanted is not None:
+            space = wanted.workspace
+            robot.table, robot.scene, robot.tool = space.table, space.scene, space.tool
+        else:
+            _arrange_owned(robot, options)
+            _check(sequence, robot.plan)
+        output.line(f"sequence: {sequence.title or options.file}, {len(sequence.steps)} steps")
+
+        def move(progress: Progress) -> None:
+            progress.phase("homing the joints that are not homed")
+            robot.home(on_cycle=progress.cycle)
+            run_sequence(
+                robot,
+                sequence,
+                on_step=lambda call: progress.phase(f"step {call.label} of {len(sequence.steps)}"),
+                on_cycle=progress.cycle,
+                cancelled=cancelled,
+            )
+
+        status = carry_out(robot, cancelled, options, output, move)
+        if status is ExitStatus.OK:
+            show_position(robot, options, output)
+    return status
+
+
+def _arrange_owned(robot: Robot, options: Options) -> None:
+    table = read_table(options, robot.table.fingers) if options.table else robot.table
+    arrange(robot, options, table, scene_from(options), options.tool)
+
+
+def _planner(options: Options) -> Planner:
+    planner = planner_from(options, parameters_from(options))
+    planner.workspace = lookup(options, planner.workspace.with_tool, options.tool)
+    return planner
+
+
+def _check(sequence: StepSequence, planner: Planner) -> None:
+    """Refuse another tool, and names that the table does not have, before anything moves."""
+    require_tool(sequence, planner.workspace.tool.name)
+    for _ in calls(sequence, planner.workspace):
+        pass
+
+
+def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatus:
+    """Print the verdict on each step; nothing moves."""
+    if options.arm is None:
+        planner = _planner(options)
+        verdicts = [*dry_run(sequence, planner.workspace, planner.here())]
+    else:
+        # Of a served arm: its tool, its scene, and from where it is.
+        with Robot.connect(f"arm:{options.arm}") as robot:
+            planner = robot.plan
+            verdicts = [*dry_run(sequence, planner.workspace, planner.here())]
+    for line in columns([*_rows(verdicts)]):
+        output.line(line)
+    for verdict in verdicts:
+        for note in verdict.notes:
+            output.line(f"note: {note}")
+    refused = verdicts[-1].error
+    if refused is not None:
+        complain(f"{refused}; nothing moved")
+        return ExitStatus.REFUSED
+    return ExitStatus.OK
+
+
+def _rows(verdicts: list[Verdict]) -> Iterator[tuple[str, str]]:
+    yield "step", "duration"
+    for verdict in verdicts:
+        yield verdict.label, "refused" if verdict.error else f"{verdict.duration:.2f} s"
+    if verdicts[-1].error is None:
+        yield "total", f"{sum(verdict.duration for verdict in verdicts):.2f} s"

@@ -1,0 +1,77 @@
+// The STOP button, Escape from anywhere, and what has become of the stop.
+
+/** @import { App } from "../app.js" */
+
+import { at, button, h, setText } from "../dom.js";
+import { text } from "../texts.js";
+import { DOUBTFUL, Stop } from "./stop.js";
+
+/** Time between two looks at a stop in work [ms]. */
+const LOOK = 20;
+/** Time after which a request by POST is given up [ms]. */
+const GIVEN_UP = 2000;
+
+/**
+ * Build STOP. It works before anything else does, and whatever the page shows.
+ *
+ * @param {App} app The page.
+ */
+export function buildStop(app) {
+  const { arm, connection } = app;
+  let confirmed = 0;
+  /** @type {ReturnType<typeof setInterval> | undefined} */
+  let timer;
+  const stop = new Stop({
+    now: () => performance.now(),
+    doubtful: () => !connection.open || connection.backlog > 0 || performance.now() - connection.heard > DOUBTFUL,
+    bySocket: () => connection.request({ kind: "stop" }),
+    byPost: post,
+    // A sample from before the confirmation shows the arm as it was.
+    resting: () => (arm.fresh && arm.arrival > confirmed ? arm.sample?.moving.length === 0 : null),
+    changed: show,
+  });
+  const status = h("p", { class: "stop-state", role: "alert" });
+  const onward = button("", () => proceed());
+  const box = h("div", { class: "stop-box card", hidden: true }, status, onward);
+  const pressed = h("button", { type: "button", id: "stop-button", "aria-describedby": "stop-description", text: text("stop.button") });
+  let byPointer = false;
+  pressed.addEventListener("pointerdown", () => { byPointer = true; begin(); });
+  // A keyboard and a screen reader click without a pointer.
+  pressed.addEventListener("click", () => { if (!byPointer) begin(); byPointer = false; });
+  window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.repeat) begin(); }, { capture: true });
+  at("stop").append(pressed, h("span", { id: "stop-description", class: "hidden-text", text: text("stop.description") }), box);
+  arm.on("lease", show);
+  arm.on("goals", () => { if (stop.state === "resting" && arm.sample?.moving.length) stop.dismiss(); });
+
+  function begin() {
+    stop.stop();
+    app.interrupt(text("stop.interrupt"));
+    clearInterval(timer);
+    timer = setInterval(() => stop.tick(), LOOK);
+  }
+
+  function show() {
+    const { state } = stop;
+    if (state === "decelerating" && confirmed < stop.pressed) confirmed = performance.now();
+    if (state === "idle" || state === "resting") clearInterval(timer);
+    box.hidden = state === "idle";
+    box.dataset.state = at("stop").dataset.state = state;
+    const received = Number.isNaN(stop.took) ? "" : text("stop.received", { took: Math.round(stop.took) });
+    setText(status, state === "idle" ? "" : [received, text(`stop.${state}`)].filter(Boolean).join(" "));
+    onward.hidden = state !== "resting";
+    const take = arm.epoch === null && arm.scope !== "view";
+    setText(onward, text(take ? "stop.take" : "stop.close"));
+  }
+
+  function proceed() {
+    if (arm.epoch === null && arm.scope !== "view") app.attempt(() => arm.acquire());
+    stop.dismiss();
+    pressed.focus();
+  }
+}
+
+/** Stop by a request of its own; done when the owner has stopped the arm. */
+async function post() {
+  const answer = await fetch("api/stop", { method: "POST", keepalive: true, signal: AbortSignal.timeout(GIVEN_UP) });
+  if (!answer.ok) throw new Error(`STOP was answered with ${answer.status}`);
+}

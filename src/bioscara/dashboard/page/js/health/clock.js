@@ -1,0 +1,13 @@
+// Times of the clock on the wall.
+
+const TIME = new Intl.DateTimeFormat([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hour12: false });
+
+/**
+ * Return a time of day.
+ *
+ * @param {number} wall Seconds since 1970.
+ * @returns {string} Hours, minutes and seconds here.
+ */
+export function clockTime(wall) {
+  return TIME.format(1000 * wall);
+}

@@ -1,0 +1,99 @@
+// The strip below the header, on every tab: the first cause of the present faults, and the next step.
+
+/** @import { App } from "../app.js" */
+/** @import { Recovery } from "./recovery.js" */
+
+import { at, button, h, setText } from "../dom.js";
+import { parts, since } from "./fault_details.js";
+import { STEPS, unhomed } from "./recovery.js";
+import { text } from "../texts.js";
+
+/**
+ * Build the strip.
+ *
+ * @param {App} app The page.
+ * @param {Recovery} recovery The way out of faults.
+ */
+export function buildFaultStrip(app, recovery) {
+  const { arm } = app;
+  const host = at("faults");
+  const title = h("strong");
+  const what = h("span");
+  const more = button("", () => document.getElementById("tab-health")?.click(), { class: "link" });
+  const close = button("×", () => { recovery.dismiss(); update(); }, { "aria-label": text("health.close") });
+  const step = stepButton(recovery);
+  const strip = h("div", { class: "strip" },
+    h("div", { class: "strip-text" }, title, " ", what, " ", more),
+    h("div", { class: "strip-step" }, step.element, close),
+  );
+
+  function update() {
+    const next = recovery.step;
+    host.dataset.kind = next ? (next.kind === "enable" ? "action" : "danger") : "";
+    if (!next) {
+      if (strip.isConnected) strip.remove();
+      return;
+    }
+    if (next.kind === "enable") showRecovered();
+    else showFault();
+    close.hidden = next.kind !== "enable";
+    step.update();
+    if (!strip.isConnected) host.append(strip);
+  }
+
+  function showFault() {
+    const faults = arm.faultList?.faults ?? [];
+    const [first] = faults;
+    if (!first) {
+      setText(title, `⚠ ${text("health.fault")}`);
+      setText(what, text("health.loading"));
+      more.hidden = true;
+      return;
+    }
+    const { what: happened, remedy } = parts(first);
+    setText(title, `⚠ ${first.fault} ${first.source}`);
+    setText(what, text(remedy ? "health.strip" : "health.strip_short", { happened, remedy, time: since(arm, first) }));
+    more.hidden = false;
+    setText(more, faults.length > 1 ? text("health.more", { count: faults.length - 1 }) : text("health.details"));
+  }
+
+  function showRecovered() {
+    setText(title, `✓ ${text("health.cleared")}`);
+    const joints = unhomed(app);
+    setText(what, joints ? text("health.home_again", { joints }) : text("health.motors_off"));
+    more.hidden = true;
+  }
+
+  for (const topic of /** @type {const} */ (["sample", "faults", "lease", "link", "event"])) arm.on(topic, update);
+  update();
+}
+
+/**
+ * Make the button of the next step, with what it does and why it cannot be pressed.
+ *
+ * It is one element for all steps, so that the focus stays where it is.
+ *
+ * @param {Recovery} recovery The way out of faults.
+ * @returns {{element: HTMLElement, update: () => void}} The element, and what brings it up to date.
+ */
+export function stepButton(recovery) {
+  const press = button("", () => { recovery.take().then(update); update(); }, { class: "primary step" });
+  const number = h("span", { class: "badge action" });
+  const note = h("span", { class: "note" });
+  const element = h("div", { class: "next-step", role: "group", "aria-label": text("health.next") }, number, press, note);
+
+  function update() {
+    const step = recovery.step;
+    element.hidden = step === null;
+    if (step === null) return;
+    setText(number, text("health.step", { number: step.number, count: STEPS }));
+    const { kind, busy } = step;
+    press.hidden = kind === "stopping";
+    setText(press, text(`health.${busy && kind !== "stopping" ? "busy" : "do"}_${kind}`));
+    const hindrance = busy ? "" : recovery.hindrance;
+    press.setAttribute("aria-disabled", String(busy || hindrance !== ""));
+    setText(note, hindrance || text(`health.about_${kind}`));
+  }
+  update();
+  return { element, update };
+}

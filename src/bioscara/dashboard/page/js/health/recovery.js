@@ -1,0 +1,108 @@
+// The way from a fault to an arm that is enabled again: acknowledge, recover, enable. Nothing moves.
+
+/** @import { App } from "../app.js" */
+/** @import { AnyTask } from "../../messages.d.ts" */
+
+import { text } from "../texts.js";
+
+/** Number of steps. */
+export const STEPS = 3;
+/** Time for which a step that has just become the next one cannot be taken [ms]: a double click on one
+ *  must not take two. */
+const GUARD = 600;
+
+/**
+ * The next step.
+ *
+ * @typedef {Object} Step
+ * @property {"stopping" | "acknowledge" | "recover" | "enable"} kind What it is; `stopping` waits for the arm.
+ * @property {number} number Its number, from 1.
+ * @property {boolean} busy Whether it is being taken.
+ */
+
+/** Which step is next, and taking it. */
+export class Recovery {
+  /** @param {App} app The page. */
+  constructor(app) {
+    this.app = app;
+    /** Whether this page saw faults end, and the motors have been off since. */
+    this.recovered = false;
+    this.pending = false;
+    this.former = "";
+    this.changed = 0;
+    /** @type {boolean} */
+    this.faulty = false;
+    app.arm.on("sample", () => this.#watch());
+    app.arm.on("reset", () => { this.recovered = this.faulty = false; });
+  }
+
+  /** The next step; null if none is needed. @returns {Step | null} */
+  get step() {
+    const sample = this.app.arm.sample;
+    if (!sample) return null;
+    const running = (/** @type {string} */ name) => this.pending || sample.moving.includes(name);
+    switch (sample.fault) {
+      case "stopping": return { kind: "stopping", number: 1, busy: true };
+      case "latched": return { kind: "acknowledge", number: 1, busy: running("acknowledge()") };
+      case "acknowledged": return { kind: "recover", number: 2, busy: running("recover()") };
+    }
+    return this.recovered ? { kind: "enable", number: 3, busy: running("enable()") } : null;
+  }
+
+  /** Why the next step cannot be taken by this page; empty if it can. @returns {string} */
+  get hindrance() {
+    const { arm } = this.app;
+    if (arm.link !== "live") return text("health.not_live");
+    if (arm.scope === "view") return text("health.view_only");
+    if (!arm.commands) return text("health.take_control");
+    return "";
+  }
+
+  /** Take the next step; a reason why not is shown. */
+  async take() {
+    const step = this.step;
+    if (!step || step.busy || performance.now() - this.changed < GUARD) return;
+    if (this.hindrance) {
+      this.app.say(this.hindrance, "error");
+      return;
+    }
+    this.pending = true;
+    await this.app.attempt(async () => {
+      const goal = await this.app.start(/** @type {AnyTask} */ ({ kind: step.kind }));
+      const end = await this.app.ended(goal.goal);
+      if (end.failure) throw new Error(end.failure.text);
+    });
+    this.pending = false;
+  }
+
+  /** Forget that the motors are off because of a fault. */
+  dismiss() {
+    this.recovered = false;
+  }
+
+  #watch() {
+    const sample = this.app.arm.sample;
+    if (!sample) return;
+    const faulty = this.app.arm.faulty;
+    if (this.faulty && !faulty) this.recovered = true;
+    if (faulty || sample.enabled) this.recovered = false;
+    this.faulty = faulty;
+    const kind = this.step?.kind ?? "";
+    if (kind !== this.former) {
+      this.former = kind;
+      this.changed = performance.now();
+    }
+  }
+}
+
+/**
+ * Return the joints that have to be homed, as their names with commas.
+ *
+ * @param {App} app The page.
+ * @returns {string} The names; empty if all are homed or none reports.
+ */
+export function unhomed(app) {
+  const { sample } = app.arm;
+  if (!sample || sample.stale) return "";
+  return sample.names.filter((_, joint) => sample.flags[joint] & 0x04).join(", ");
+}

@@ -1,0 +1,179 @@
+"""What the routes share: the scope that one needs, bodies of requests, answers and refusals."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from http import HTTPStatus
+from typing import Annotated, Any
+
+from fastapi import Depends, FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.requests import ClientDisconnect, HTTPConnection
+
+from bioscara.api import framing
+from bioscara.api.failures import failure_of
+from bioscara.errors import BioscaraError, InvalidArgumentError
+from bioscara.web.guard import Credential, failure_body
+from bioscara.web.owner_queries import RequestFailedError
+from bioscara.web.scopes import Scope
+
+JSON = "application/json"
+_BODIES = 4
+"""Long bodies that are received at once: each may have 8 MiB."""
+
+
+class _ScopeError(Exception):
+    """The credential of a request may not do what a route does."""
+
+    def __init__(self, needed: Scope, has: Scope) -> None:
+        self.needed, self.has = needed, has
+        super().__init__(needed, has)
+
+
+class RefusedError(Exception):
+    """A route refuses a request.
+
+    Args:
+        status: Status of the answer.
+        text: Why, and what to do.
+    """
+
+    def __init__(self, status: HTTPStatus, text: str) -> None:
+        self.status, self.text = status, text
+        super().__init__(status, text)
+
+
+def needs(scope: Scope) -> Callable[[HTTPConnection], Credential]:
+    """Return the check of a route that needs a scope."""
+
+    def check(connection: HTTPConnection) -> Credential:
+        credential = connection.state.credential
+        assert isinstance(credential, Credential)  # noqa: S101  the guard let it through
+        if credential.scope < scope:
+            raise _ScopeError(scope, credential.scope)
+        return credential
+
+    return check
+
+
+Viewer = Annotated[Credential, Depends(needs(Scope.VIEW))]
+
+
+def add_refusals(app: FastAPI) -> None:
+    """Let errors of the routes be answered with a failure, as the owner's are."""
+    app.add_exception_handler(RequestValidationError, _refuse_values)
+    app.add_exception_handler(_ScopeError, _refuse_scope)
+    app.add_exception_handler(RefusedError, _refuse)
+    app.add_exception_handler(RequestFailedError, _refuse_request)
+    app.add_exception_handler(BioscaraError, _refuse_owner)
+
+
+def json(value: object, status: HTTPStatus = HTTPStatus.OK) -> Response:
+    """Return an answer in JSON; numbers that are not finite become null."""
+    return Response(framing.encode_json(value), status, media_type=JSON)
+
+
+def unusable(error: BioscaraError) -> Response:
+    """Return the answer to a request whose content cannot be used."""
+    return json(failure_of(error), HTTPStatus.UNPROCESSABLE_ENTITY)
+
+
+def refusal(status: HTTPStatus, text: str) -> Response:
+    """Return an answer that refuses a request."""
+    return Response(failure_body(text), status, media_type=JSON)
+
+
+def schema(result: type[Any]) -> dict[str, Any]:
+    """Return the content of an answer, for the OpenAPI document."""
+    return {JSON: {"schema": {"$ref": f"#/components/schemas/{result.__name__}"}}}
+
+
+def answers(result: type[Any], *, many: bool = False) -> dict[int | str, dict[str, Any]]:
+    """Return the answers of a route, for the OpenAPI document.
+
+    Args:
+        result: Type of the answer.
+        many: Whether the answer is a list of them.
+    """
+    content = schema(result)
+    if many:
+        content = {JSON: {"schema": {"type": "array", "items": content[JSON]["schema"]}}}
+    return {200: {"content": content}}
+
+
+async def body_of(request: Request, longest: int, timeout: float) -> bytes:
+    """Return the body of a request.
+
+    Args:
+        request: The request.
+        longest: Longest body that is accepted [byte].
+        timeout: Time in which it has to come [s].
+
+    Raises:
+        RefusedError: It is longer, or slower, or too many others are on their way.
+    """
+    arriving: list[None] = request.app.state.arriving
+    if len(arriving) >= _BODIES:
+        raise RefusedError(
+            HTTPStatus.SERVICE_UNAVAILABLE, f"{_BODIES} uploads are on their way; try again later"
+        )
+    arriving.append(None)
+    try:
+        return await received(request, longest, timeout)
+    finally:
+        arriving.pop()
+
+
+async def received(request: Request, longest: int, timeout: float) -> bytes:
+    """Return a short body of a request: as :func:`body_of`, however many are on their way."""
+    too_long = RefusedError(
+        HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+        f"the body has more than {longest / 2**20:g} MiB; split it",
+    )
+    announced = request.headers.get("content-length", "0")
+    if not announced.isascii() or not announced.isdigit() or int(announced[:16]) > longest:
+        raise too_long
+    body = bytearray()
+    try:
+        async with asyncio.timeout(timeout):
+            async for part in request.stream():
+                body += part
+                if len(body) > longest:
+                    raise too_long
+    except (TimeoutError, ClientDisconnect):
+        raise RefusedError(
+            HTTPStatus.REQUEST_TIMEOUT, f"the body took longer than {timeout:g} s to arrive"
+        ) from None
+    return bytes(body)
+
+
+async def _refuse_values(_: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)  # noqa: S101  as registered
+    texts = [f"{each['loc'][-1]}: {each['msg']}" for each in error.errors()]
+    return unusable(InvalidArgumentError("; ".join(texts)))
+
+
+async def _refuse(_: Request, error: Exception) -> Response:
+    assert isinstance(error, RefusedError)  # noqa: S101  as registered
+    return refusal(error.status, error.text)
+
+
+async def _refuse_scope(_: Request, error: Exception) -> Response:
+    assert isinstance(error, _ScopeError)  # noqa: S101  as registered
+    text = (
+        f"this needs the scope {error.needed.name.lower()}, and this client has "
+        f"{error.has.name.lower()}; open the page with another token"
+    )
+    return refusal(HTTPStatus.FORBIDDEN, text)
+
+
+async def _refuse_request(_: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestFailedError)  # noqa: S101  as registered
+    is_unknown = error.failure.code == InvalidArgumentError.code
+    status = HTTPStatus.NOT_FOUND if is_unknown else HTTPStatus.CONFLICT
+    return json(error.failure, status)
+
+
+async def _refuse_owner(_: Request, error: Exception) -> Response:
+    return json(failure_of(error), HTTPStatus.SERVICE_UNAVAILABLE)

@@ -1,0 +1,87 @@
+"""Sequences of steps: read, written, planned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+from fastapi import FastAPI, Request, Response
+
+from bioscara.api import messages as m
+from bioscara.dashboard.sequences import (
+    BODY_MAX,
+    DryRun,
+    SequenceText,
+    dry_run_of,
+    read,
+    scripted,
+    written,
+)
+from bioscara.errors import BioscaraError
+from bioscara.web.owner_facts import OwnerFacts
+from bioscara.web.owner_queries import OwnerQueries
+from bioscara.web.routes.http import Viewer, answers, body_of, json, unusable
+from bioscara.web.routes.work import Work
+
+_TIMEOUT = 30.0
+"""Time in which a body has to arrive [s]."""
+_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {"*/*": {}}}}
+
+
+class _Sample(msgspec.Struct):
+    """What is needed of a :class:`~bioscara.api.messages.StateSample`."""
+
+    positions: tuple[float | None, ...]
+    pose: object
+
+
+def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> None:
+    """Add the routes."""
+
+    async def answered(function: Callable[..., object], *arguments: Any) -> Response:
+        try:
+            return json(await work.do(function, *arguments))
+        except BioscaraError as error:
+            return unusable(error)
+
+    @app.post(
+        "/api/sequences/read",
+        response_class=Response,
+        summary="Read a sequence of steps, a YAML file in the body.",
+        openapi_extra=_BODY,
+    )
+    async def read_file(request: Request, _: Viewer, name: str = "sequence.yaml") -> Response:
+        return await answered(read, name, await body_of(request, BODY_MAX, _TIMEOUT))
+
+    def add_text(path: str, function: Callable[[bytes], SequenceText], summary: str) -> None:
+        @app.post(
+            f"/api/sequences/{path}",
+            response_class=Response,
+            summary=summary,
+            operation_id=f"sequence_{path}",
+            responses=answers(SequenceText),
+            openapi_extra=_BODY,
+        )
+        async def text(request: Request, _: Viewer) -> Response:
+            return await answered(function, await body_of(request, BODY_MAX, _TIMEOUT))
+
+    add_text("write", written, "Write a sequence, as JSON in the body, as YAML.")
+    add_text("script", scripted, "Write a sequence, as JSON in the body, as a Python program.")
+
+    @app.post(
+        "/api/sequences/plan",
+        response_class=Response,
+        summary="Plan a sequence, as JSON in the body, from where the arm is; nothing moves.",
+        responses=answers(DryRun),
+        openapi_extra=_BODY,
+    )
+    async def plan(request: Request, _: Viewer) -> Response:
+        body = await body_of(request, BODY_MAX, _TIMEOUT)
+        # Asked for now, not a second ago: the table may just have been changed for this sequence.
+        workspace = msgspec.json.decode(await queries.ask(m.GetWorkspace()), type=m.WorkspaceState)
+        description = await facts.description()
+        sample = msgspec.json.decode(await queries.ask(m.GetState()), type=_Sample)
+        # Without a pose a joint is not homed, and its position is an assumption.
+        joints = () if sample.pose is None else sample.positions
+        return await answered(dry_run_of, body, description.parameters, workspace, joints)

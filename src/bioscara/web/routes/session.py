@@ -1,0 +1,94 @@
+"""Signing browsers in and out."""
+
+from __future__ import annotations
+
+import logging
+from http import HTTPStatus
+
+import msgspec
+from fastapi import FastAPI, Request, Response
+
+from bioscara.web.browser_sessions import LIFETIME
+from bioscara.web.guard import TOO_MANY_SIGN_INS
+from bioscara.web.routes.http import JSON, RefusedError, json, received, refusal
+from bioscara.web.settings import WebSettings
+
+_BODY_MAX = 1024
+"""Longest body of a request [byte]."""
+_BODY_TIMEOUT = 5.0
+"""Time in which it has to come [s]."""
+
+_log = logging.getLogger(__name__)
+
+
+class SignIn(msgspec.Struct, forbid_unknown_fields=True):
+    """Body of a request to sign in.
+
+    Attributes:
+        token: One of the tokens of the gateway.
+    """
+
+    token: str
+
+
+def add(app: FastAPI, settings: WebSettings) -> None:
+    """Add the routes."""
+    sessions = settings.sessions
+    body = {JSON: {"schema": {"$ref": "#/components/schemas/SignIn"}}}
+
+    @app.post(
+        "/session",
+        response_class=Response,
+        summary="Sign a browser in: a token for a cookie.",
+        openapi_extra={"requestBody": {"required": True, "content": body}},
+    )
+    async def sign_in(request: Request) -> Response:
+        address = request.client.host if request.client else ""
+        if not app.state.sign_ins.take(address):
+            return refusal(HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY_SIGN_INS)
+        given = await _token_in(request)
+        scope = settings.tokens.scope_of(given) if given is not None else None
+        if scope is None:
+            _log.warning("a sign-in from %s was refused", address)
+            return refusal(HTTPStatus.UNAUTHORIZED, "the token is not one of this gateway")
+        response = json({"scope": scope.name.lower(), "lifetime": LIFETIME})
+        response.set_cookie(
+            settings.cookie,
+            sessions.begin(scope),
+            max_age=round(LIFETIME),
+            path="/",
+            secure=settings.tls,
+            httponly=True,
+            samesite="strict",
+        )
+        return response
+
+    @app.get("/session", response_class=Response, summary="What this browser may do.")
+    def session(request: Request) -> Response:
+        credential = request.state.credential
+        return json({"scope": credential.scope.name.lower() if credential else None})
+
+    @app.delete("/session", response_class=Response, summary="Sign this browser out.")
+    async def sign_out(request: Request) -> Response:
+        credential = request.state.credential
+        if credential is not None and credential.value:
+            sessions.end(credential.value)
+        response = json({"scope": None})
+        response.delete_cookie(
+            settings.cookie, path="/", secure=settings.tls, httponly=True, samesite="strict"
+        )
+        return response
+
+
+async def _token_in(request: Request) -> str | None:
+    """Return the token in the body of a request; None if there is none."""
+    if request.headers.get("content-type", "").partition(";")[0].strip() != JSON:
+        return None
+    try:
+        body = await received(request, _BODY_MAX, _BODY_TIMEOUT)
+    except RefusedError:
+        return None
+    try:
+        return msgspec.json.decode(body, type=SignIn).token
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        return None

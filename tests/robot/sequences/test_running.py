@@ -1,0 +1,158 @@
+"""A sequence is planned as a whole, carried out step by step, and its script does the same."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+
+from bioscara import Robot, load_table
+from bioscara.errors import InvalidArgumentError, MotionCancelledError, UnreachableError
+from bioscara.kinematics import Joints
+from bioscara.model import load_parameters
+from bioscara.robot.sequences.dry_run import dry_run, joined
+from bioscara.robot.sequences.running import run_sequence
+from bioscara.robot.sequences.script import to_script
+from bioscara.robot.sequences.steps import LineStep, NamedStep, StepSequence, WaitStep
+from bioscara.robot.workspace.workspace import Workspace
+from robot.sequences.samples import EACH_KIND, TABLE, place, sequences
+
+START = Joints(0.3, 0.2, 0.8, -0.5)
+END = 0.5, -0.1, 0.2, 0.0
+
+pytestmark = pytest.mark.usefixtures("near_the_stops")
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    path = tmp_path / "poses.yaml"
+    path.write_text(TABLE)
+    return path
+
+
+@pytest.fixture
+def space(table: Path) -> Workspace:
+    empty = Workspace.of(load_parameters())
+    return empty.with_table(load_table(table, empty.tool))
+
+
+def test_a_dry_run_has_a_verdict_on_each_step_and_its_duration(space: Workspace) -> None:
+    verdicts = [*dry_run(EACH_KIND, space, START)]
+    assert [verdict.error for verdict in verdicts] == [None] * len(verdicts)
+    assert sum(verdict.number for verdict in verdicts) == len(EACH_KIND.steps)
+    assert verdicts[2].label == "3-5 move_linear, move_circular"
+    whole = joined(verdicts)
+    assert whole is not None
+    last = next(each.duration for each in reversed(verdicts) if each.trajectory is not None)
+    assert last > 1.0
+    assert whole.duration == pytest.approx(sum(verdict.duration for verdict in verdicts))
+    assert whole.positions[0] == pytest.approx(START)
+
+
+def test_a_dry_run_ends_at_the_first_refused_step_and_names_it(space: Workspace) -> None:
+    path = [LineStep(pose=place(0.45, y, 0.25), blend=0.01) for y in (-0.1, 0.1)]
+    far = LineStep(pose=place(2.0, 0.1, 0.25))
+    home = NamedStep(name="gate")
+    verdicts = [*dry_run(StepSequence(steps=(home, *path, far, home)), space, START)]
+    assert [verdict.error is None for verdict in verdicts] == [True, False]
+    assert isinstance(verdicts[1].error, UnreachableError)
+    assert str(verdicts[1].error).startswith("step 4: (2, 0.1, 0.25) m")
+
+
+@pytest.mark.parametrize(
+    ("sequence", "text"),
+    [
+        (StepSequence(steps=(NamedStep(name="gaet"),)), "step 1: there is no pose 'gaet'; did you"),
+        (
+            StepSequence(steps=(WaitStep(seconds=0.0), LineStep(pose=place(0, 0, 0), frame="b"))),
+            "step 2: there is no frame 'b'; ",
+        ),
+        (
+            StepSequence(tool="needle", steps=(WaitStep(seconds=0.0),)),
+            "is for tool needle, the arm",
+        ),
+    ],
+)
+def test_names_that_the_arm_does_not_have_are_refused(
+    sequence: StepSequence, text: str, space: Workspace
+) -> None:
+    with pytest.raises(InvalidArgumentError, match=text):  # noqa: PT012  either of the two
+        for verdict in dry_run(sequence, space, START):
+            if verdict.error is not None:
+                raise verdict.error
+
+
+def test_nothing_moves_if_a_later_step_is_refused() -> None:
+    sequence = StepSequence(steps=(NamedStep(name="center"), LineStep(pose=place(2.0, 0.0, 0.3))))
+    with Robot.simulated() as robot:
+        robot.home()
+        before = robot.state.positions
+        with pytest.raises(UnreachableError, match="step 2: "):
+            run_sequence(robot, sequence)
+        assert robot.state.positions == pytest.approx(before, abs=1e-6)
+
+
+def test_a_sequence_is_carried_out(table: Path) -> None:
+    seen: list[str] = []
+    with Robot.simulated() as robot:
+        robot.home()
+        robot.table = load_table(table, robot.table.fingers)
+        run_sequence(robot, EACH_KIND, on_step=lambda call: seen.append(call.label))
+        assert robot.pose == pytest.approx(END, abs=1e-3)
+        assert robot.load is None
+    assert seen[:3] == ["1 move_named", "2 move_joints", "3-5 move_linear, move_circular"]
+    assert len(seen) == 12
+
+
+def test_a_stop_ends_a_wait_and_what_follows() -> None:
+    asked: list[None] = []
+
+    def cancelled() -> bool:
+        asked.append(None)
+        return len(asked) > 2
+
+    sequence = StepSequence(steps=(WaitStep(seconds=60.0), NamedStep(name="center")))
+    with Robot.simulated() as robot:
+        robot.home()
+        with pytest.raises(MotionCancelledError, match="in the wait of step 1"):
+            run_sequence(robot, sequence, cancelled=cancelled)
+        with pytest.raises(MotionCancelledError, match="before step 1"):
+            run_sequence(robot, sequence, cancelled=lambda: True)
+
+
+@given(sequences())
+def test_each_script_is_a_program_that_imports_what_it_uses(sequence: StepSequence) -> None:
+    text = to_script(sequence)
+    imported = text.split("from bioscara import ")[1].partition("\n")[0].split(", ")
+    code = compile(text, "script", "exec")
+    names = {name for each in (code, *code.co_consts) for name in getattr(each, "co_names", ())}
+    known = {"Load", "Motion", "Pose", "Prism", "Robot", "Waypoint", "load_table"}
+    assert names & known == set(imported)
+
+
+def test_the_script_does_the_same(
+    table: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(to_script(EACH_KIND))
+    made: list[Robot] = []
+
+    def simulated() -> Robot:
+        made.append(robot)
+        return robot
+
+    robot = Robot.simulated()
+    monkeypatch.setattr(Robot, "simulated", simulated)
+    # The name of an arm is empty: the simulated one, with this table.
+    monkeypatch.setattr(sys, "argv", [str(script)])
+    text = script.read_text().replace("if sys.argv[2:]:", "if True:")
+    script.write_text(text.replace("sys.argv[2]", repr(str(table))))
+    runpy.run_path(str(script), run_name="__main__")
+    assert made == [robot]
+    # Closed by the end of the script; the simulated arm stays where it was left.
+    arm = robot.bus.arm  # type: ignore[attr-defined]
+    joints = [arm.position(limit.name) for limit in robot.parameters.joints]
+    assert robot.kinematics.forward(joints) == pytest.approx(END, abs=0.02)

@@ -1,0 +1,102 @@
+"""What the page asks for besides the owner's messages, through the gateway."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+
+import pytest
+
+from bioscara.dashboard.model import meshes
+from bioscara.dashboard.trajectories import SIZE_MAX
+from bioscara.model.meshes import read_stl
+from bioscara.web.routes import trajectories
+from bioscara.web.scopes import Scope
+from processes import wait_until
+from web.gateways import LIMIT, Site
+
+CSV = b"time,j1,j2,j3,j4\n0,0.1,0.2,0.8,-0.5\n1,0.2,0.2,0.8,-0.5\n"
+
+
+def test_each_mesh_of_the_model_is_served(left: Site) -> None:
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        model = client.get("/api/model").json()
+        names = {visual["mesh"] for link in model["links"] for visual in link["visuals"]}
+        assert names == set(meshes())
+        answer = client.get("/api/meshes/link_1_printed.stl")
+        assert answer.headers["content-type"] == "model/stl"
+        assert abs(read_stl(answer.content)).max() < 1.0
+        for name in ("../bioscara.urdf", "..%2fbioscara.urdf", "absent.stl"):
+            assert client.get(f"/api/meshes/{name}").status_code == 404
+
+
+def test_a_trajectory_is_checked_and_errors_of_the_reader_are_passed_on(left: Site) -> None:
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        answer = client.post("/api/trajectories?name=a.csv&fit=0", content=CSV)
+        assert answer.status_code == 200, answer.text
+        assert answer.json()["points"] == 2
+        assert answer.json()["trajectory"]["joint_names"] == ["j1", "j2", "j3", "j4"]
+        refused = client.post("/api/trajectories?name=a.csv", content=CSV.replace(b"0.8", b"x"))
+        assert refused.status_code == 422
+        assert refused.json()["error"] == "TrajectoryError"
+        assert "line 2: 'x' is not a number" in refused.json()["text"]
+        refused = client.post("/api/trajectories?fit=maybe", content=CSV)
+        assert (refused.status_code, refused.json()["error"]) == (422, "InvalidArgumentError")
+
+
+def test_a_file_that_is_too_long_is_refused_before_it_has_come(left: Site) -> None:
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        answer = client.post("/api/trajectories", content=b"x" * (SIZE_MAX + 1))
+    assert answer.status_code == 413
+    assert "more than 8 MiB" in answer.json()["text"]
+
+
+def test_a_slow_file_is_cut_off_and_hinders_no_other_request(
+    left: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trajectories, "_TIMEOUT", 0.5)
+    name, _, port = left.host.rpartition(":")
+    token = left.bearer(Scope.VIEW)["Authorization"]
+    with socket.create_connection((name, int(port)), timeout=LIMIT) as connection:
+        head = f"POST /api/trajectories HTTP/1.1\r\nHost: {left.host}\r\nAuthorization: {token}\r\n"
+        connection.sendall(f"{head}Content-Length: 1000\r\n\r\nx".encode())
+        begin = time.monotonic()
+        with left.http(headers=left.bearer(Scope.VIEW)) as client:
+            assert client.get("/api/state").status_code == 200
+        assert b" 408 " in connection.makefile("rb").readline()
+        assert time.monotonic() - begin < LIMIT
+
+
+def test_few_files_arrive_at_once(left: Site) -> None:
+    name, _, port = left.host.rpartition(":")
+    token = left.bearer(Scope.OPERATE)["Authorization"]
+    head = f"POST /api/trajectories HTTP/1.1\r\nHost: {left.host}\r\nAuthorization: {token}\r\n"
+    slow = [socket.create_connection((name, int(port)), timeout=LIMIT) for _ in range(4)]
+    try:
+        for connection in slow:
+            connection.sendall(f"{head}Content-Length: 1000\r\n\r\nx".encode())
+        arriving = left.gateway.app.state.arriving
+        wait_until(lambda: len(arriving) == 4, "four files are on their way")
+        with left.http(headers=left.bearer(Scope.VIEW)) as client:
+            answer = client.post("/api/trajectories", content=CSV)
+        assert answer.status_code == 503
+        assert "4 uploads are on their way" in answer.json()["text"]
+    finally:
+        for connection in slow:
+            connection.close()
+    wait_until(lambda: not arriving, "they have ended")
+
+
+def test_the_clearance_is_unknown_until_the_arm_is_homed(left: Site) -> None:
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        assert client.get("/api/clearance").json()["distance"] is None
+        left.served.robot.home()  # type: ignore[union-attr]
+        found = client.get("/api/clearance").json()
+    assert found["distance"] > 0.0
+    assert len(found["link_point"]) == len(found["other_point"]) == 3
+
+
+def test_threads_of_work_end_with_the_gateway(left: Site) -> None:
+    names = [thread.name for thread in threading.enumerate()]
+    assert sum(name.startswith("gateway-work") for name in names) <= 2

@@ -1,0 +1,61 @@
+"""Sequences of steps, read, written and planned for the page."""
+
+from __future__ import annotations
+
+import pytest
+
+from bioscara import Robot
+from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
+from bioscara.robot.sequences.steps import StepSequence, sequence_of
+from bioscara.web.scopes import Scope
+from served import HALF
+from web.gateways import Site
+
+TO, FAR = [0.5, 0.1, 0.25, 0.3], [2.0, 0.1, 0.25, 0.3]
+
+
+def sequence(*places: list[float], **more: object) -> dict[str, object]:
+    steps = [{"kind": "move_linear", "pose": dict(zip(["x", "y", "z", "yaw"], place, strict=True))}
+             for place in places]  # fmt: skip
+    return {"steps": [*steps, {"kind": "wait", "seconds": 0.5}], **more}
+
+
+def test_a_sequence_is_read_written_and_made_a_script(left: Site) -> None:
+    values = sequence(TO, title="<b>&amp;")
+    made: StepSequence = sequence_of(values)
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        text = client.post("/api/sequences/write", json=values).json()["text"]
+        assert sequence_of_text(text, "file") == made
+        read = client.post("/api/sequences/read?name=a.yaml", content=text)
+        assert sequence_of(read.json()) == made
+        script = client.post("/api/sequences/script", json=values).json()["text"]
+        assert "robot.move_linear(Pose(0.5, 0.1, 0.25, 0.3))" in script
+        refused = client.post(
+            "/api/sequences/read?name=a.yaml", content=text.replace("seconds: 0.5", "seconds: -1")
+        )
+        assert refused.status_code == 422
+        assert refused.json()["text"].endswith("steps[1].seconds: -1 is outside 0 .. 3600 s")
+        refused = client.post("/api/sequences/read?name=a.yaml", content=b"\xff")
+        assert refused.json()["text"] == "a.yaml: not a text file: byte 0 is not UTF-8"
+        assert client.post("/api/sequences/write", content="{").status_code == 422
+        assert client.post("/api/sequences/write", content="[" * 10000).status_code == 422
+    assert text == text_of_sequence(made)
+
+
+def test_a_sequence_is_planned_from_where_the_arm_is(left: Site) -> None:
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        refused = client.post("/api/sequences/plan", json=sequence(TO))
+        assert (refused.status_code, refused.json()["error"]) == (422, "NotHomedError")
+        with Robot.connect("arm:left") as robot:
+            robot.home()
+            robot.move_joints(HALF)
+        planned = client.post("/api/sequences/plan", json=sequence(TO)).json()
+        assert [each["label"] for each in planned["verdicts"]] == ["1 move_linear", "2 wait"]
+        assert planned["verdicts"][1]["duration"] == 0.5
+        assert planned["duration"] == pytest.approx(planned["verdicts"][0]["duration"] + 0.5)
+        positions = client.get("/api/state").json()["positions"]
+        assert planned["trajectory"]["positions"][0] == pytest.approx(positions, abs=1e-3)
+        planned = client.post("/api/sequences/plan", json=sequence(TO, FAR)).json()
+        assert planned["verdicts"][1]["duration"] is None
+        assert planned["verdicts"][1]["failure"]["error"] == "UnreachableError"
+        assert planned["verdicts"][1]["failure"]["text"].startswith("step 2: (2, 0.1, 0.25) m")
