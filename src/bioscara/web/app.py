@@ -66,6 +66,7 @@ def guarded(app: FastAPI, settings: WebSettings) -> ASGIApp:
         app.state.sign_ins,
         settings.cookie,
         PUBLIC,
+        frozenset(page.ASSETS),
     )
 
 
