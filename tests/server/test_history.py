@@ -1,4 +1,4 @@
-"""The history of an arm: no peak is lost, no row repeated, and the loop never waits for a reader."""
+"""The history of an arm: no peak is lost, no row repeated, and the loop waits for no reader."""
 
 from __future__ import annotations
 
