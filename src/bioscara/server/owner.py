@@ -26,7 +26,7 @@ from bioscara.errors import (
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
-from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.operations.jog import Jog
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.workspace import Workspace
@@ -36,6 +36,8 @@ from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.events import Events
 from bioscara.server.goals import ClientGoal, Goals
+from bioscara.server.history import StateHistory
+from bioscara.server.jog_stream import JogStream, velocity_of
 from bioscara.server.joint_reports import JointReports
 from bioscara.server.lease import Lease
 from bioscara.server.overlay_file import OverlayFile
@@ -49,7 +51,7 @@ from bioscara.server.queries import (
     workspace_state,
 )
 from bioscara.server.sampling import Sampler
-from bioscara.server.tasks import JogStream, Tasks, make_plan
+from bioscara.server.tasks import Tasks, make_plan
 from bioscara.server.uploads import Uploads
 from bioscara.version import __version__
 
@@ -147,6 +149,7 @@ class Owner:
             m.GetState: lambda *_: self._sampler.now(self.sample),
             m.GetDescription: self._describe,
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
+            m.GetHistory: self._past,
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.GetTrajectories: self._trajectories,
@@ -167,6 +170,7 @@ class Owner:
         stack = self._arm.stack
         stack.loop.restart()
         self.sample = self._sampler.sample(stack.loop.step())
+        self._history = StateHistory(self.sample.names, stack.loop.rate)
         self._arm.observers = (*self._arm.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
 
@@ -202,7 +206,8 @@ class Owner:
         """Take a sample at the end of a cycle."""
         try:
             self._controllers.goals.observe(self._arm.stack.supervisor)
-            self.sample = self._sampler.sample(cycle)
+            self.sample = sample = self._sampler.sample(cycle)
+            self._history.add(sample)
             self.controllers_sample = (
                 self._controller_sampler.sample(self.sample.cycle, cycle)
                 if self.controllers_wanted
@@ -397,12 +402,7 @@ class Owner:
         self._event("goal_ended", text, value.client, goal=value)
 
     def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.Done:
-        given: list[Velocity] = [
-            each for each in (command.joints, command.tool) if each is not None
-        ]
-        if len(given) != 1:
-            raise InvalidArgumentError("give the velocity of the joints or that of the tool")
-        self._stream(command.goal).set(given[0])
+        self._stream(command.goal).set(velocity_of(command))
         return m.Done()
 
     def _end_jog(self, _: Client, command: m.EndJog, __: int) -> m.Done:
@@ -492,6 +492,13 @@ class Owner:
     def _trajectories(self, _: Client, command: m.GetTrajectories, __: int) -> Later:
         goal = self.goals.get(command.goal)
         return Later(lambda: goal_trajectories(goal), lambda result: result)
+
+    def _past(self, _: Client, command: m.GetHistory, __: int) -> Later:
+        history = self._history
+        return Later(
+            lambda: history.between(command.begin, command.end, command.points),
+            lambda result: result,
+        )
 
     def _report(self, client: Client, command: m.Report, _: int) -> m.Done:
         text = command.text

@@ -34,7 +34,7 @@ export class ExperimentCard {
     /** Number of events that are shown. */
     this.count = 0;
     const { fault, joint, value } = experiment;
-    this.joint = h("select", { "aria-label": text("bench.joint"), hidden: !joint, on: { change: () => this.#suggest() } },
+    this.joint = h("select", { "aria-label": text("bench.joint"), hidden: !joint, on: { change: () => this.suggest() } },
       ...app.arm.joints.map(({ name }) => h("option", { value: name, text: name })));
     this.value = h("input", { type: "number", step: "any", class: "bench-value", hidden: value === null });
     this.unit = h("span", { class: "dim" });
@@ -48,7 +48,7 @@ export class ExperimentCard {
       h("p", {}, h("strong", { text: text("bench.expected") }), ` ${text(`bench.expect_${fault}`)}`),
       h("div", { class: "row" }, this.joint, label, this.on, this.off, copyButton(() => this.#python())),
       this.didTitle, this.did);
-    this.#suggest();
+    this.suggest();
   }
 
   /** Let it be pressed or not. @param {boolean} allowed Whether this page may. */
@@ -117,7 +117,7 @@ export class ExperimentCard {
   }
 
   /** Suggest a value for the joint that is chosen. */
-  #suggest() {
+  suggest() {
     const { value, initial } = this.experiment;
     if (value === null) return;
     const linear = this.#linear();

@@ -57,7 +57,11 @@ class Bench {
   show() {
     this.visible = true;
     this.#build();
-    for (const card of this.cards) card.show();
+    for (const card of this.cards) {
+      card.show();
+      // Where the joints are now, unless it was used.
+      if (card.since === null) card.suggest();
+    }
     this.#permit();
   }
 

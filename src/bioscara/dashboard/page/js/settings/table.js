@@ -70,7 +70,7 @@ export class ParameterTable {
     });
     const source = h("span", { class: `badge ${row.source === "overlay" ? "action" : ""}`, text: text(`settings.source_${row.source}`) });
     const line = h("tr", {},
-      h("th", { scope: "row", text: row.name }),
+      h("th", { scope: "row" }, ...breakable(row.name)),
       h("td", {}, h("div", { class: "row" }, field, reset), human),
       h("td", { text: row.unit }), h("td", {}, source),
       h("td", { class: "dim", text: row.fixed === null ? row.text : text("settings.fixed", { text: row.text, reason: row.fixed }) }));
@@ -117,6 +117,15 @@ export class ParameterTable {
     const reset = /** @type {HTMLButtonElement} */ (line.querySelector("button"));
     reset.hidden = !this.editable || row.fixed !== null || same(value, row.default);
   }
+}
+
+/**
+ * Return a dotted name that can be broken between its words.
+ *
+ * @param {string} name
+ */
+function breakable(name) {
+  return name.split(/(?<=[._])/).flatMap((part) => [part, h("wbr")]);
 }
 
 /**
