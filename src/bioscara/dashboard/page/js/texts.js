@@ -334,7 +334,7 @@ const TEXTS = {
   "plots.plot_of": "Plot: {quantity}. Its values are in the table below the plots.",
   "plots.pause": "Pause",
   "plots.continue": "Continue",
-  "plots.length": "Length",
+  "plots.length": "Time shown",
   "plots.length_10": "10 s",
   "plots.length_60": "1 min",
   "plots.length_300": "5 min",
