@@ -372,16 +372,19 @@ Motion = (
 
 
 class HomeTask(Task, frozen=True, tag="home"):
-    """Home the joints that are not homed.
+    """Home the joints that are not homed, or chosen ones.
 
     Attributes:
         sensitivity: Position error that counts as a touch: one for all joints, by their names, or
             null for the configured ones.
         current: Drive current [%], likewise.
+        joints: Names of the joints to home, also where they are homed; null for all that are not.
+            Refused where another joint has to be homed before.
     """
 
     sensitivity: int | dict[str, int] | None = None
     current: int | dict[str, int] | None = None
+    joints: tuple[str, ...] | None = None
 
 
 class Follow(Task, frozen=True, tag="follow"):

@@ -92,7 +92,7 @@ class Tasks:
         self._revision, self._conflict = revision, conflict
         self._makers: dict[type[m.Task], Callable[[Any, _Limits], Operation[Any]]] = {
             m.HomeTask: lambda task, limits: Home(
-                sensitivity=task.sensitivity, current=task.current, **limits
+                joints=task.joints, sensitivity=task.sensitivity, current=task.current, **limits
             ),
             m.Follow: self._follow,
             m.Execute: self._execute,

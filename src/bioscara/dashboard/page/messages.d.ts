@@ -500,6 +500,7 @@ export interface HomeTask {
   kind: "home";
   sensitivity?: number | Record<string, number> | null;
   current?: number | Record<string, number> | null;
+  joints?: string[] | null;
 }
 
 export interface HomingParameters {

@@ -87,9 +87,11 @@ export class App {
     return new Promise((resolve) => {
       const look = () => {
         const goal = this.arm.goals.get(number);
-        if (goal && ["succeeded", "cancelled", "failed"].includes(goal.status)) resolve(goal);
+        if (!goal || !["succeeded", "cancelled", "failed"].includes(goal.status)) return;
+        forget();
+        resolve(goal);
       };
-      this.arm.on("goals", look);
+      const forget = this.arm.on("goals", look);
       look();
     });
   }
@@ -141,6 +143,18 @@ export class App {
     this.preview = preview;
     for (const listener of this.previewListeners) listener();
   }
+
+  /**
+   * Show another time of the trajectory in the view.
+   *
+   * @param {number} time Time in it [s].
+   */
+  seekPreview(time) {
+    if (!this.preview) return;
+    const { times } = this.preview.trajectory;
+    this.preview.time = Math.min(Math.max(time, 0), times[times.length - 1] ?? 0);
+    for (const listener of this.previewListeners) listener();
+  }
 }
 
 /**
@@ -150,4 +164,6 @@ export class App {
  * @property {number | null} plan Number of the owner's plan; null if it is none.
  * @property {(() => Promise<unknown>) | null} execute Begins it; null if it can only be looked at.
  * @property {number} time Time in it that the view shows [s].
+ * @property {string[]} [notes] Notes for the person.
+ * @property {string} [source] Part of the page that shows it.
  */
