@@ -12,6 +12,7 @@ import { Recovery } from "./health/recovery.js";
 import { healthPanel } from "./panels/health.js";
 import { plotsPanel } from "./panels/plots.js";
 import { runPanel } from "./panels/run.js";
+import { teachPanel } from "./panels/teach.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
@@ -59,6 +60,7 @@ async function begin() {
   buildFaultStrip(app, recovery);
   buildTabs(app, [
     runPanel,
+    teachPanel,
     plotsPanel,
     healthPanel(recovery),
   ]);
