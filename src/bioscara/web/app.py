@@ -11,6 +11,8 @@ from starlette.types import ASGIApp
 
 from bioscara.dashboard.clearance import Clearance
 from bioscara.dashboard.model import ArmModel
+from bioscara.dashboard.parameters import ParameterChanges, ParameterDraft, ParameterTable
+from bioscara.dashboard.recordings import RecordedSamples, RecordingEntry
 from bioscara.dashboard.sequences import DryRun, SequenceText
 from bioscara.dashboard.trajectories import CheckedTrajectory
 from bioscara.version import __version__
@@ -19,18 +21,22 @@ from bioscara.web.owner_facts import OwnerFacts
 from bioscara.web.owner_queries import OwnerQueries
 from bioscara.web.rate_limit import RateLimits
 from bioscara.web.routes import (
+    arms,
     clearance,
     http,
     model,
     openapi,
     page,
+    parameters,
     questions,
+    recordings,
     sequences,
     session,
     trajectories,
     websocket,
 )
 from bioscara.web.routes.work import Work
+from bioscara.web.served_arms import ServedArm, ServedArms, StoppedArm
 from bioscara.web.settings import WebSettings
 
 PUBLIC = frozenset({*page.ASSETS, "/healthz", "/session"})
@@ -40,6 +46,13 @@ _TYPES: tuple[type[Any], ...] = (
     ArmModel,
     CheckedTrajectory,
     Clearance,
+    ParameterChanges,
+    ParameterDraft,
+    ParameterTable,
+    RecordedSamples,
+    RecordingEntry,
+    ServedArm,
+    StoppedArm,
     DryRun,
     SequenceText,
     *(result for _, result, _ in questions.QUESTIONS.values()),
@@ -63,12 +76,13 @@ def guarded(app: FastAPI, settings: WebSettings) -> ASGIApp:
 def make_app(settings: WebSettings) -> FastAPI:
     """Return the routes of a gateway; they must only be served through :func:`guarded`."""
     queries, work = OwnerQueries(settings.arm, "web gateway"), Work()
-    facts = OwnerFacts(queries)
+    facts, served = OwnerFacts(queries), ServedArms(settings.arm)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
         work.close()
+        await served.close()
         await queries.close()
 
     app = FastAPI(
@@ -88,6 +102,9 @@ def make_app(settings: WebSettings) -> FastAPI:
     model.add(app, facts, work)
     trajectories.add(app, facts, work)
     clearance.add(app, facts, queries, work)
+    parameters.add(app, queries, work)
+    recordings.add(app, settings, work)
+    arms.add(app, served)
     sequences.add(app, facts, queries, work)
     websocket.add(app, settings)
     openapi.add(app, _TYPES)

@@ -529,6 +529,9 @@ export interface Introspection {
 
 export interface JogTask {
   kind: "jog";
+  expiry?: number | null;
+  joints?: JointVelocity | null;
+  tool?: ToolVelocity | null;
 }
 
 export interface JointCounters {
