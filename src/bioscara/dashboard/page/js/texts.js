@@ -418,7 +418,7 @@ const TEXTS = {
   "teach.dry_refused": "Step {label} is refused. Nothing moved.",
   "teach.refused": "Nothing moved: {why}",
   "teach.planning": "Planning.",
-  "teach.running": "Step {label}, of {count}.",
+  "teach.running": "Step {label} of {count}.",
   "teach.finished": "All steps are done.",
   "teach.runs_already": "the sequence runs",
   "teach.was_stopped": "the sequence was stopped",

@@ -3,6 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { Table } from "./table.js" */
 
+import { ActionError } from "../app.js";
 import { button, h, setText } from "../dom.js";
 import { degrees, millimetres } from "../format.js";
 import { copyButton, pythonText } from "../python.js";
@@ -23,12 +24,12 @@ export function frameCard(app, table) {
   const mounted = h("span", { class: "dim", role: "status" });
   const mount = action(app, text("teach.mount"), () => app.start({ kind: "set_tool", name: tools.value, revision: arm.workspace?.revision ?? null }), { enabled: false, homed: false });
   const name = h("input", { type: "text", id: "frame-name", maxlength: "64", autocomplete: "off", spellcheck: "false" });
-  const frames = h("tbody");
+  const frames = h("ul", { class: "frames" });
   const none = h("p", { class: "dim", text: text("teach.no_frames") });
   const undo = undoLine(app);
   const save = action(app, text("teach.frame_here"), async () => {
     const pose = arm.sample?.pose;
-    if (!pose) throw new Error(text("refusal.not_homed"));
+    if (!pose) throw new ActionError(text("refusal.not_homed"));
     const wanted = name.value.trim();
     const former = table.frames.find((frame) => frame.name === wanted);
     await table.saveFrame({ name: wanted, pose_frame_in_base: pose });
@@ -50,8 +51,8 @@ export function frameCard(app, table) {
         await table.deleteFrame(frame.name);
         undo.say(text("teach.deleted", { name: frame.name }), () => table.saveFrame(frame));
       }), { "aria-label": text("teach.delete_one", { name: frame.name }) });
-      return h("tr", {}, h("th", { scope: "row", text: frame.name }), h("td", { class: "number", text: place }),
-        h("td", {}, h("div", { class: "row" }, remove, copyButton(() => `robot.frame(${pythonText(frame.name)})`))));
+      return h("li", { class: "row" }, h("strong", { text: frame.name }), h("span", { class: "number", text: place }), remove,
+        copyButton(() => `robot.frame(${pythonText(frame.name)})`));
     }));
   }
   for (const topic of /** @type {const} */ (["workspace", "reset"])) arm.on(topic, draw);
@@ -59,7 +60,7 @@ export function frameCard(app, table) {
   return card(text("teach.tools_frames"),
     h("div", { class: "row" }, h("label", { for: "tool", text: text("teach.tool") }), tools, mount, copyButton(() => `robot.tool = ${pythonText(tools.value)}`), mounted),
     h("p", { class: "dim small", text: text("teach.mount_means") }),
-    h("h3", { text: text("teach.frames") }), none, h("table", { class: "frames" }, frames),
+    h("h3", { text: text("teach.frames") }), none, frames,
     h("div", { class: "row" }, h("label", { class: "grow" }, h("span", { text: text("teach.name") }), name), save,
       copyButton(() => `robot.table = robot.table.with_frame(Frame(${pythonText(name.value.trim() || "name")}, robot.pose))`)),
     undo.element);

@@ -4,6 +4,7 @@
 /** @import { NamedPose } from "../../messages.d.ts" */
 /** @import { Table } from "./table.js" */
 
+import { ActionError } from "../app.js";
 import { openDialog } from "../dialog.js";
 import { button, h, setText } from "../dom.js";
 import { DEGREE, degrees, millimetres, position } from "../format.js";
@@ -101,7 +102,7 @@ export function poseCard(app, table, renamed, use) {
  */
 function present({ arm }, name) {
   const { sample, workspace } = arm;
-  if (!sample?.pose || !arm.fresh) throw new Error(text("refusal.not_homed"));
+  if (!sample?.pose || !arm.fresh) throw new ActionError(text("refusal.not_homed"));
   const [j1, j2, j3, j4] = sample.positions.map(rounded);
   const [x, y, z, yaw] = sample.pose.map(rounded);
   return { name, joints: [j1, j2, j3, j4], pose_tool_in_base: [x, y, z, yaw], tool: workspace?.tool.name ?? "fingers" };
@@ -198,7 +199,7 @@ function askName(app, table, pose, renamed, undo) {
     close();
     if (!wanted || wanted === pose.name) return;
     app.attempt(async () => {
-      if (table.pose(wanted)) throw new Error(text("teach.name_taken", { name: wanted }));
+      if (table.pose(wanted)) throw new ActionError(text("teach.name_taken", { name: wanted }));
       await table.savePose({ ...pose, name: wanted }, pose.name);
       renamed(pose.name, wanted);
       undo.say(text("teach.renamed", { former: pose.name, name: wanted }), async () => {

@@ -5,6 +5,7 @@
 /** @import { SequenceModel } from "./sequence.js" */
 /** @import { Table } from "./table.js" */
 
+import { ActionError } from "../app.js";
 import { button, h, setText } from "../dom.js";
 import { duration } from "../format.js";
 import { post, saveFile } from "../http.js";
@@ -101,7 +102,7 @@ function files(app, model) {
 
   /** @param {File} file */
   async function load(file) {
-    if (file.size > FILE_MAX) throw new Error(text("teach.too_large", { name: file.name, size: (file.size / 2 ** 20).toFixed(1) }));
+    if (file.size > FILE_MAX) throw new ActionError(text("teach.too_large", { name: file.name, size: (file.size / 2 ** 20).toFixed(1) }));
     model.load(await post(`api/sequences/read?name=${encodeURIComponent(file.name)}`, await file.text()));
     app.say(text("teach.loaded", { name: file.name, count: model.steps.length }));
   }
@@ -126,10 +127,10 @@ function buttons(app, model, run, say) {
   const chosen = () => none() || (model.chosen < 0 ? text("teach.choose_step") : "");
   const dry = (/** @type {boolean} */ show) => app.attempt(async () => {
     const why = none();
-    if (why) throw new Error(why);
+    if (why) throw new ActionError(why);
     const planned = await run.plan();
     const refused = planned.verdicts.find(({ failure }) => failure);
-    say(planned, refused ? text("teach.dry_refused", { label: refused.label }) : text("teach.dry_ok", { time: duration(planned.duration) }));
+    say(planned, refused ? text("teach.dry_refused", { label: refused.label.split(" ")[0] }) : text("teach.dry_ok", { time: duration(planned.duration) }));
     if (show) preview(app, model, planned);
   });
   const stop = h("div", { class: "row" },

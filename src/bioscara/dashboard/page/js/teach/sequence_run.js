@@ -4,6 +4,7 @@
 /** @import { AnyTask, FailureValue, GoalValue, TrajectoryValue } from "../../messages.d.ts" */
 /** @import { SequenceModel } from "./sequence.js" */
 
+import { ActionError } from "../app.js";
 import { duration } from "../format.js";
 import { post } from "../http.js";
 import { text } from "../texts.js";
@@ -79,14 +80,14 @@ export class SequenceRun {
    * @throws {Error} They are refused, before anything moves; or they ended early, and the arm is at rest.
    */
   async start(first = 0, last) {
-    if (this.running) throw new Error(text("teach.runs_already"));
+    if (this.running) throw new ActionError(text("teach.runs_already"));
     this.running = true;
     this.ending = "";
     this.#say(text("teach.planning"));
     try {
       const { verdicts } = await this.plan(first, last);
       const refused = verdicts.find(({ failure }) => failure);
-      if (refused?.failure) throw new Error(text("teach.refused", { why: refused.failure.text }));
+      if (refused?.failure) throw new ActionError(text("teach.refused", { why: refused.failure.text }));
       for (const verdict of verdicts) await this.#carryOut(verdict);
       this.#say(text("teach.finished"));
     } catch (error) {
@@ -118,7 +119,7 @@ export class SequenceRun {
     const { first, number, label } = verdict;
     this.#check();
     this.model.mark(first, number, { state: "running", text: "" });
-    this.#say(text("teach.running", { label, count: this.model.steps.length }));
+    this.#say(text("teach.running", { label: label.split(" ")[0], count: this.model.steps.length }));
     try {
       if (verdict.task) await this.#move(verdict.task);
       else await this.#wait(verdict.duration ?? 0);
@@ -130,7 +131,7 @@ export class SequenceRun {
   }
 
   #check() {
-    if (this.ending) throw new Error(this.ending);
+    if (this.ending) throw new ActionError(this.ending);
   }
 
   /** @param {AnyTask} task */
@@ -144,7 +145,7 @@ export class SequenceRun {
     const ended = await Promise.race([this.app.ended(goal), broken.then(() => this.#late(goal))]);
     this.goal = null;
     if (ended?.status === "succeeded" && !this.ending) return;
-    throw new Error(ended?.failure?.text ?? (this.ending || text("teach.was_cancelled")));
+    throw new ActionError(this.ending || (ended?.failure?.text ?? text("teach.was_cancelled")));
   }
 
   /**
@@ -165,7 +166,7 @@ export class SequenceRun {
     while (left > 0) {
       await new Promise((resolve) => { setTimeout(resolve, Math.min(LOOK, left)); });
       this.#check();
-      if (arm.faulty) throw new Error(text("refusal.fault"));
+      if (arm.faulty) throw new ActionError(text("refusal.fault"));
       const now = performance.now();
       // A pause stops the wait, too.
       if (!arm.sample?.paused) left -= now - before;

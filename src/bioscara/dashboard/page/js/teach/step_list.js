@@ -44,7 +44,7 @@ export function stepList(app, model) {
       h("span", { class: "row step-buttons" },
         small("↑", "teach.up", () => model.move(index, index - 1), index === 0),
         small("↓", "teach.down", () => model.move(index, index + 1), index === model.steps.length - 1),
-        small("⧉", "teach.duplicate", () => model.duplicate(index)), small("✕", "teach.remove", () => model.remove(index)),
+        small("❐", "teach.duplicate", () => model.duplicate(index)), small("✕", "teach.remove", () => model.remove(index)),
         copyButton(() => stepCode(model.steps[index]))));
     const made = h("li", { "data-index": String(index), class: is ? "chosen" : null }, row, is ? stepFields(app, model, index) : null);
     handle.addEventListener("dragstart", (event) => {

@@ -3,6 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { Frame, NamedPose, TeachTable, Tool } from "../../messages.d.ts" */
 
+import { ActionError } from "../app.js";
 import { RequestError } from "../connection.js";
 import { text } from "../texts.js";
 
@@ -81,21 +82,25 @@ export class Table {
   async change(make) {
     const { arm } = this.app;
     const { workspace } = arm;
-    if (!workspace) throw new Error(text("teach.unknown_table"));
+    if (!workspace) throw new ActionError(text("teach.unknown_table"));
     const { revision } = workspace;
-    const goal = await this.app.start({ kind: "set_table", table: make(workspace.table), revision });
-    const { failure } = await this.app.ended(goal.goal);
-    if (failure) throw this.#explained(failure);
+    try {
+      const goal = await this.app.start({ kind: "set_table", table: make(workspace.table), revision });
+      const { failure } = await this.app.ended(goal.goal);
+      if (failure) throw new RequestError(failure);
+    } catch (error) {
+      throw error instanceof RequestError ? this.#explained(error) : error;
+    }
     await this.#known(revision);
   }
 
-  /** @param {import("../../messages.d.ts").FailureValue} failure */
-  #explained(failure) {
-    if (failure.error !== CONFLICT) return new RequestError(failure);
+  /** @param {RequestError} error */
+  #explained(error) {
+    if (error.failure.error !== CONFLICT) return error;
     this.app.arm.refreshWorkspace();
     const faster = this.app.arm.events.findLast((event) => event.what === "workspace");
     const who = faster?.client || text("teach.another");
-    return new Error(text("teach.conflict", { who }));
+    return new ActionError(text("teach.conflict", { who }));
   }
 
   /**
