@@ -24,6 +24,9 @@ from bioscara.web.rate_limit import RateLimits
 from bioscara.web.scopes import Scope
 from bioscara.web.tokens import Tokens
 
+FILES = 400
+"""Public files, which take no work, that a requester may ask for in a second: a page has a hundred.
+"""
 REQUESTS = 50
 """Requests that a credential, or an address without one, may send in a second."""
 SIGN_INS, SIGN_IN_PERIOD = 5, 10.0
@@ -40,7 +43,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
-"""Headers of every answer."""
+"""Headers of every answer; files of the page may be kept, and say so."""
 _SAFE = frozenset({"GET", "HEAD"})
 _BEARER = re.compile(r"Bearer ([!-~]{1,256})", re.IGNORECASE)
 
@@ -83,6 +86,7 @@ class Guard:
         sign_ins: How often an address may try a token.
         cookie: Name of the cookie.
         public: Paths that need no credential.
+        files: Those of them that are files of the page.
     """
 
     def __init__(
@@ -94,10 +98,13 @@ class Guard:
         sign_ins: RateLimits,
         cookie: str,
         public: Collection[str],
+        files: Collection[str],
     ) -> None:
         self._app, self._own, self._tokens = app, own, tokens
-        self._sessions, self._cookie, self._public = sessions, cookie, frozenset(public)
+        self._sessions, self._cookie = sessions, cookie
+        self._public, self._paths = frozenset(public), frozenset(files)
         self._sign_ins, self._requests = sign_ins, RateLimits(REQUESTS, REQUESTS)
+        self._files = RateLimits(FILES, FILES)
 
     async def __call__(self, scope: AsgiScope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it."""
@@ -129,9 +136,11 @@ class Guard:
             raise _RefusedError(HTTPStatus.FORBIDDEN, "the request comes from another site")
         address = scope["client"][0] if scope.get("client") else ""
         credential = self._credential(headers, address)
-        if not self._requests.take(_requester(credential, address)):
+        is_file = safe and scope["path"] in self._paths
+        limits, most = (self._files, FILES) if is_file else (self._requests, REQUESTS)
+        if not limits.take(_requester(credential, address)):
             raise _RefusedError(
-                HTTPStatus.TOO_MANY_REQUESTS, f"more than {REQUESTS} requests in a second"
+                HTTPStatus.TOO_MANY_REQUESTS, f"more than {most} requests in a second"
             )
         if credential is None and not public:
             raise _RefusedError(
@@ -204,7 +213,7 @@ def _with_headers(send: Send) -> Send:
         }:
             headers = MutableHeaders(scope=message)
             for name, value in HEADERS.items():
-                headers[name] = value
+                headers.setdefault(name, value)
         await send(message)
 
     return sending
