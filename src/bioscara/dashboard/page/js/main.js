@@ -6,6 +6,7 @@ import { Connection } from "./connection.js";
 import { buildJog } from "./control/jog_pad.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
+import { watchGateway } from "./gateway.js";
 import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
@@ -68,6 +69,7 @@ async function begin() {
   ]);
   showState(arm);
   keepLease(arm);
+  watchGateway(arm);
   connection.connect();
   // For tests and for the curious.
   Object.assign(window, { bioscara: app });

@@ -14,6 +14,8 @@ const TEXTS = {
   "link.mismatch": "another version",
   "link.signed-out": "signed out",
 
+  "gateway.versions": "The page is of version {page}, the server of {server}.",
+
   "error.no_lease": "take control first",
   "error.no_token": "Not signed in. Open the address that “bioscara web” or “bioscara serve --with web” printed.",
 
@@ -183,6 +185,7 @@ const TEXTS = {
   "view.dead_moved": "Void: {joint} is not where the plan begins. Make another plan.",
 
   // Jog and run.
+  "refusal.mismatch": "this page has another version than the server: reload it",
   "refusal.stale": "the values are old, and motion is off",
   "refusal.view": "this page is signed in to look",
   "refusal.no_lease": "take control first",
