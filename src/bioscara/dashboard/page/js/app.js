@@ -3,7 +3,7 @@
 /** @import { AnyTask, GoalValue } from "../messages.d.ts" */
 /** @import { Connection } from "./connection.js" */
 
-import { Arm } from "./arm.js";
+import { Arm, MismatchError } from "./arm.js";
 import { ConnectionError, RequestError } from "./connection.js";
 import { text } from "./texts.js";
 
@@ -27,7 +27,7 @@ export class NoLeaseError extends Error {}
 export class ActionError extends Error {}
 
 /** Errors that are no mistakes of the page. */
-const EXPECTED = [RequestError, ConnectionError, NoLeaseError, ActionError];
+const EXPECTED = [RequestError, ConnectionError, NoLeaseError, MismatchError, ActionError];
 
 /** The page's model and its commands. */
 export class App {
