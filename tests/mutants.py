@@ -1437,7 +1437,7 @@ MUTANTS = (
     Mutant(
         "a trigger keeps the order of homing",
         "require_homing_of",
-        "if other in unknown:",
+        "if other in missing:",
         "if False:",
         ("tests/robot/operations/test_controller_commands.py",),
     ),

@@ -43,6 +43,7 @@
     ├── BusyError                     another call is using the arm
     ├── MotionTimeoutError            a motion took longer than it may
     ├── MotionCancelledError          a motion was cancelled
+    │   └── JogExpiredError           a jog received no velocity in time
     ├── RecordingError                a recording cannot be written or read
     └── OwnerError                    the process that owns the arm, or the way to it
         ├── OwnerLostError            ... it does not run, or does not answer
@@ -408,6 +409,18 @@ class MotionCancelledError(BioscaraError):
     """A motion was cancelled; the arm ramped down."""
 
     code = -273
+
+
+class JogExpiredError(MotionCancelledError):
+    """A jog received no velocity for its expiry; it came to rest on its path and does not resume.
+
+    Attributes:
+        expiry: Longest time without a velocity [s].
+    """
+
+    def __init__(self, message: str, expiry: float) -> None:
+        self.expiry = expiry
+        super().__init__(message)
 
 
 class BusyError(BioscaraError):

@@ -97,7 +97,7 @@ def command(page: Page) -> None:
 
 def at_rest(robot: RemoteRobot) -> bool:
     """Return whether nothing moves the arm, as the owner knows it."""
-    return not robot.state.moving
+    return not robot.is_moving
 
 
 def positions(robot: RemoteRobot) -> tuple[float, ...]:

@@ -154,17 +154,22 @@ def running_gateway(gateway: Gateway) -> Iterator[Gateway]:
 
 
 @contextmanager
-def site(name: str, speed: float = 1.0, **options: Any) -> Iterator[Site]:
+def site(
+    name: str, speed: float = 1.0, overlay: Path | None = None, **options: Any
+) -> Iterator[Site]:
     """Serve a simulated arm, and it on the web, for a block of code."""
-    with tempfile.TemporaryDirectory() as folder, arm(name, Path(folder), speed) as served:
+    with tempfile.TemporaryDirectory() as folder, arm(name, Path(folder), speed, overlay) as served:
         settings = replace(GatewaySettings(name, port=0), **options)
         with running_gateway(Gateway(settings)) as gateway:
             yield Site(gateway, served, Path(folder))
 
 
 @contextmanager
-def arm(name: str, evidence: Path, speed: float = 1.0) -> Iterator[Served]:
+def arm(
+    name: str, evidence: Path, speed: float = 1.0, overlay: Path | None = None
+) -> Iterator[Served]:
     """Serve a simulated arm for a block of code."""
     robot = Robot.simulated(evidence=evidence)
-    with serving(robot, ServeSettings(name, "sim", evidence=evidence, speed=speed)) as served:
+    settings = ServeSettings(name, "sim", overlay=overlay, evidence=evidence, speed=speed)
+    with serving(robot, settings) as served:
         yield served

@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -14,7 +15,9 @@ from bioscara.model.meshes import read_stl
 from bioscara.web.routes import trajectories
 from bioscara.web.scopes import Scope
 from processes import wait_until
-from web.gateways import LIMIT, Site
+from recording.served_arm import recording
+from served import runtime_folder
+from web.gateways import LIMIT, Site, site
 
 CSV = b"time,j1,j2,j3,j4\n0,0.1,0.2,0.8,-0.5\n1,0.2,0.2,0.8,-0.5\n"
 
@@ -88,15 +91,74 @@ def test_few_files_arrive_at_once(left: Site) -> None:
     wait_until(lambda: not arriving, "they have ended")
 
 
-def test_the_clearance_is_unknown_until_the_arm_is_homed(left: Site) -> None:
-    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+def test_the_clearance_is_unknown_until_the_arm_is_homed() -> None:
+    with site("fast", speed=50.0) as made, made.http(headers=made.bearer(Scope.VIEW)) as client:
         assert client.get("/api/clearance").json()["distance"] is None
-        left.served.robot.home()  # type: ignore[union-attr]
+        made.served.robot.home()  # type: ignore[union-attr]
         found = client.get("/api/clearance").json()
     assert found["distance"] > 0.0
     assert len(found["link_point"]) == len(found["other_point"]) == 3
 
 
+def test_parameters_are_drafted_and_written_by_the_owner(tmp_path: Path) -> None:
+    overlay = tmp_path / "own.yaml"
+    overlay.write_text("# mine\n", encoding="utf-8")
+    with site("own", overlay=overlay) as made, made.http(headers=made.bearer(Scope.VIEW)) as client:
+        rows = {row["name"]: row for row in client.get("/api/parameters").json()["rows"]}
+        assert rows["joints.j2.upper"]["unit"] == "m"
+        refused = client.post("/api/parameters/check", json={"changes": {"joints.j2.upper": 9}})
+        assert refused.status_code == 422
+        assert "joints.j2.upper: 9 is outside" in refused.json()["text"]
+        changed = {"changes": {"joints.j2.upper": 0.3}}
+        draft = client.post("/api/parameters/check", json=changed).json()
+        assert draft["diff"][0] == {
+            "name": "joints.j2.upper",
+            "before": rows["joints.j2.upper"]["value"],
+            "after": 0.3,
+            "unit": "m",
+        }
+        assert overlay.read_text(encoding="utf-8") == "# mine\n"
+        with made.client(Scope.ADMIN) as admin:
+            epoch = admin.request("acquire_lease", time_to_live=5.0)["lease"]["epoch"]
+            given = {"overlay": draft["overlay"], "revision": draft["revision"]}
+            assert admin.request("set_parameters", epoch, **given)["restart"]
+        table = client.get("/api/parameters").json()
+    assert table["restart"]
+    sources = {row["name"]: row["source"] for row in table["rows"]}
+    assert [name for name, source in sources.items() if source == "overlay"] == ["joints.j2.upper"]
+    assert overlay.read_text(encoding="utf-8").startswith("# mine\n")
+
+
+@pytest.mark.parametrize(
+    "body", [b"", b"[]", b'{"changes": []}', b'{"other": {}}', b"\xff", b"[" * 9999]
+)
+def test_changes_that_cannot_be_used_are_refused(body: bytes, left: Site) -> None:
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        answer = client.post("/api/parameters/check", content=body)
+    assert (answer.status_code, answer.json()["error"]) == (422, "InvalidArgumentError")
+
+
 def test_threads_of_work_end_with_the_gateway(left: Site) -> None:
     names = [thread.name for thread in threading.enumerate()]
     assert sum(name.startswith("gateway-work") for name in names) <= 2
+
+
+def test_recordings_are_listed_downloaded_and_sampled(tmp_path: Path) -> None:
+    with runtime_folder(), site("left", speed=20.0, recordings=tmp_path) as made:
+        with recording(tmp_path) as recorder:
+            owner = made.served.owner  # type: ignore[union-attr]
+            begin = owner.sample.cycle
+            wait_until(lambda: owner.sample.cycle > begin + 200, "some cycles are recorded")
+            (path,) = recorder.end()
+        with made.http(headers=made.bearer(Scope.VIEW)) as client:
+            (entry,) = client.get("/api/recordings").json()
+            assert (entry["name"], entry["complete"]) == (path.name, True)
+            answer = client.get(f"/api/recordings/{path.name}")
+            assert answer.content == path.read_bytes()
+            assert path.name in answer.headers["content-disposition"]
+            samples = client.get(f"/api/recordings/{path.name}/samples?count=50").json()
+            assert 25 <= len(samples["times"]) <= 50
+            refused = client.get(f"/api/recordings/{path.name}/samples?count=1")
+            assert (refused.status_code, refused.json()["error"]) == (422, "InvalidArgumentError")
+            for name in ("left.sock", "..%2fleft.sock", path.name.upper()):
+                assert client.get(f"/api/recordings/{name}").status_code == 404

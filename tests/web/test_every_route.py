@@ -13,6 +13,7 @@ from starlette.routing import WebSocketRoute
 
 from bioscara.dashboard.assets import read_assets
 from bioscara.web.browser_sessions import LIFETIME
+from bioscara.web.rate_limit import RateLimits
 from bioscara.web.scopes import Scope
 from web.gateways import LIMIT, Site, site
 
@@ -52,6 +53,11 @@ EXPECTED = {
     "GET /api/model": VIEWER,
     "GET /api/meshes/{name}": ABSENT,
     "GET /api/clearance": VIEWER,
+    "GET /api/parameters": VIEWER,
+    "POST /api/parameters/check": Expected(401, 422, 422),  # Without changes in its body.
+    "GET /api/recordings": VIEWER,
+    "GET /api/recordings/{name}": ABSENT,
+    "GET /api/recordings/{name}/samples": ABSENT,
     "POST /api/trajectories": Expected(401, 422, 422),  # Without a file in its body.
     "POST /api/sequences/read": Expected(401, 422, 422),
     "POST /api/sequences/write": Expected(401, 422, 422),
@@ -89,10 +95,11 @@ def routes(made: Site) -> list[str]:
     return found
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def own() -> Iterator[Site]:
-    """A gateway of one test: its limits of rates are not used up."""
-    with site("own") as made:
+    """A gateway without limits of rates, which many tests share."""
+    with pytest.MonkeyPatch.context() as patch, site("own") as made:
+        patch.setattr(RateLimits, "take", lambda *_: True)
         yield made
 
 

@@ -372,16 +372,19 @@ Motion = (
 
 
 class HomeTask(Task, frozen=True, tag="home"):
-    """Home the joints that are not homed.
+    """Home the joints that are not homed, or chosen ones.
 
     Attributes:
         sensitivity: Position error that counts as a touch: one for all joints, by their names, or
             null for the configured ones.
         current: Drive current [%], likewise.
+        joints: Names of the joints to home, also where they are homed; null for all that are not.
+            Refused where another joint has to be homed before.
     """
 
     sensitivity: int | dict[str, int] | None = None
     current: int | dict[str, int] | None = None
+    joints: tuple[str, ...] | None = None
 
 
 class Follow(Task, frozen=True, tag="follow"):
@@ -411,7 +414,22 @@ class Execute(Task, frozen=True, tag="execute"):
 
 
 class JogTask(Task, frozen=True, tag="jog"):
-    """Move by streamed velocities, until :class:`EndJog`."""
+    """Move by streamed velocities, until :class:`EndJog`.
+
+    With an expiry the jog ends once no velocity has arrived for that time: the arm comes to rest on
+    its path, the goal ends ``cancelled`` with a JogExpiredError, and velocities that come later are
+    refused. The owner counts from the arrival of :class:`Start` and each :class:`SetJogVelocity`.
+    Without one the arm rests after 0.15 s and moves on with the next velocity.
+
+    Attributes:
+        expiry: Longest time without a velocity, 0.05 to 0.5 s; null to rest meanwhile.
+        joints: First velocity of the joints, or null.
+        tool: First velocity of the tool, or null; with an expiry one of the two is given.
+    """
+
+    expiry: float | None = None
+    joints: JointVelocity | None = None
+    tool: ToolVelocity | None = None
 
 
 class MoveGripperTask(Task, frozen=True, tag="move_gripper"):
@@ -637,7 +655,7 @@ class AddPoints(Command, frozen=True, kw_only=True, tag="add_points"):
 
 
 class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity"):
-    """Set the velocity of a jog; without another one within 0.15 s the arm comes to rest.
+    """Set the velocity of a jog; without another one in time the arm rests, see :class:`JogTask`.
 
     Attributes:
         goal: Number of the jog.

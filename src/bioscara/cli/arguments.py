@@ -28,6 +28,8 @@ _EPILOG = (
 )
 _OF_OWNERS = ("arms", "status", "lease", "events", "logs")
 """Commands about running owners."""
+_RECORDINGS = Path("recordings")
+"""Folder of the recordings, unless another one is given."""
 _WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", "ros", *_OF_OWNERS}
 """Commands that load no parameters, or leave it to their actions."""
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
@@ -581,7 +583,7 @@ def _add_record_start(start: Parser) -> None:
         "--out",
         metavar="DIR",
         type=Path,
-        default=Path("recordings"),
+        default=_RECORDINGS,
         help="folder of the files (default recordings)",
     )
     start.add_argument(
@@ -720,6 +722,13 @@ def _add_web_command(commands: Parser) -> None:
         metavar="FILE",
         type=Path,
         help="file with the tokens, made if it does not exist (default: beside the owner's socket)",
+    )
+    web.add_argument(
+        "--recordings",
+        metavar="DIR",
+        type=Path,
+        default=_RECORDINGS,
+        help="folder of the recordings that browsers may load (default recordings)",
     )
 
 

@@ -84,6 +84,7 @@ class Options(argparse.Namespace):
         tls_key: The key of the certificate.
         tls_self_signed: Whether it makes a certificate.
         token_file: File of its tokens; None for the one beside the owner's socket.
+        recordings: Folder of the recordings that browsers may load.
         ros_arguments: Arguments of ROS, from ``--ros-args`` on; empty if there are none.
     """
 
@@ -149,6 +150,7 @@ class Options(argparse.Namespace):
     tls_key: Path | None
     tls_self_signed: bool
     token_file: Path | None
+    recordings: Path
     ros_arguments: list[str]
 
     def has_target(self) -> bool:

@@ -429,6 +429,7 @@ class RemoteRobot:
 
     def home(
         self,
+        joints: Sequence[str] | None = None,
         *,
         sensitivity: PerJoint = None,
         current: PerJoint = None,
@@ -440,7 +441,8 @@ class RemoteRobot:
         given: list[Any] = [
             dict(value) if isinstance(value, Mapping) else value for value in (sensitivity, current)
         ]
-        return self._begin(m.HomeTask(given[0], given[1]), timeout, on_cycle, wait)
+        names = None if joints is None else items("the joints to home", joints, 'give ["j2"]')
+        return self._begin(m.HomeTask(given[0], given[1], names), timeout, on_cycle, wait)
 
     def move_joints(
         self,

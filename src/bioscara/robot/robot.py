@@ -567,6 +567,7 @@ class Robot:
 
     def home(
         self,
+        joints: Sequence[str] | None = None,
         *,
         sensitivity: PerJoint = None,
         current: PerJoint = None,
@@ -581,6 +582,9 @@ class Robot:
         are not homed are unknown: the elbow must be open, and the gripper empty.
 
         Args:
+            joints: Names of the joints to home, also where they are homed; no others are moved, and
+                it is refused where another one has to be homed before. None for all that are not
+                homed.
             sensitivity: Position error that counts as a touch of the end stop, 1 to 255
                 [microsteps of the motor]; a smaller one is more sensitive. One number for all
                 joints, or by the names of joints: ``{"j1": 20}``. For this homing only; joints
@@ -594,14 +598,22 @@ class Robot:
             LimitError, InvalidArgumentError: A sensitivity or current is outside its limits or not
                 whole, or there is no such joint; nothing moved.
             MotionCancelledError: It was stopped; the arm is at rest.
-            HomingError: A joint found no reliable home position; or the elbow is known to be
-                folded and the wrist is not homed, and nothing moved.
+            HomingError: A joint found no reliable home position; or nothing moved, as the elbow is
+                known to be folded and the wrist would turn, or another joint has to be homed
+                before those that are given.
             LifecycleError: A load is attached, and a joint is not homed; nothing moved.
             BusyError: The arm moves.
             BioscaraError: As the drivers.
         """
         return self._carry_out(
-            Home(sensitivity=sensitivity, current=current, timeout=timeout, on_cycle=on_cycle), wait
+            Home(
+                joints=joints,
+                sensitivity=sensitivity,
+                current=current,
+                timeout=timeout,
+                on_cycle=on_cycle,
+            ),
+            wait,
         )
 
     def move_joints(

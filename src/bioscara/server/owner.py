@@ -26,7 +26,7 @@ from bioscara.errors import (
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
-from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.operations.jog import Jog
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.workspace import Workspace
@@ -36,6 +36,7 @@ from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.events import Events
 from bioscara.server.goals import ClientGoal, Goals
+from bioscara.server.jog_stream import JogStream, velocity_of
 from bioscara.server.joint_reports import JointReports
 from bioscara.server.lease import Lease
 from bioscara.server.overlay_file import OverlayFile
@@ -49,7 +50,7 @@ from bioscara.server.queries import (
     workspace_state,
 )
 from bioscara.server.sampling import Sampler
-from bioscara.server.tasks import JogStream, Tasks, make_plan
+from bioscara.server.tasks import Tasks, make_plan
 from bioscara.server.uploads import Uploads
 from bioscara.version import __version__
 
@@ -397,12 +398,7 @@ class Owner:
         self._event("goal_ended", text, value.client, goal=value)
 
     def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.Done:
-        given: list[Velocity] = [
-            each for each in (command.joints, command.tool) if each is not None
-        ]
-        if len(given) != 1:
-            raise InvalidArgumentError("give the velocity of the joints or that of the tool")
-        self._stream(command.goal).set(given[0])
+        self._stream(command.goal).set(velocity_of(command))
         return m.Done()
 
     def _end_jog(self, _: Client, command: m.EndJog, __: int) -> m.Done:

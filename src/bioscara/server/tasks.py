@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import threading
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -12,61 +9,30 @@ from typing import Any
 from bioscara.api import messages as m
 from bioscara.api.values import scene_of
 from bioscara.errors import InvalidArgumentError, NotSupportedError
-from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
+from bioscara.robot.operations.execution import SETTLING
 from bioscara.robot.operations.fault_handling import Acknowledge, Recover
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory, MakePlan, checked
 from bioscara.robot.operations.grasp import OPENING, SQUEEZE, Attach, Grasp, Release
 from bioscara.robot.operations.home import Home
-from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.operations.jog import Jog
 from bioscara.robot.operations.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, DisableGripper, Enable, EnableGripper
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.workspace import Workspace
+from bioscara.server.jog_stream import JogStream, velocity_of
 from bioscara.server.uploads import Uploads
 from bioscara.sim import FirmwareBus, SimulatedArm
 from bioscara.spelling import did_you_mean
 
 _Limits = dict[str, Any]
 """Arguments that the operations of motions have in common."""
-_JOG_TIMEOUT = 0.15
-"""Time for which a velocity of a jog applies without another one [s], as in ``Robot.jog``."""
 
-
-class JogStream:
-    """The velocities that a client streams to a jog.
-
-    Args:
-        clock: Returns the time [s].
-    """
-
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._lock = threading.Lock()
-        self._velocity: Velocity = JointVelocity()
-        self._at = -math.inf
-        self._ended = False
-
-    def set(self, velocity: Velocity) -> None:
-        """Set the velocity from now on."""
-        with self._lock:
-            self._velocity, self._at = velocity, self._clock()
-
-    def end(self) -> None:
-        """Bring the arm to rest and end the jog."""
-        self._ended = True
-
-    def __call__(self) -> Velocity | None:
-        """Return the velocity now, zero if the last one is too old; None at the end."""
-        if self._ended:
-            return None
-        with self._lock:
-            if self._clock() - self._at > _JOG_TIMEOUT:
-                return type(self._velocity)()
-            return self._velocity
+_RELEASED = 0.05
+"""Time at rest after which a jog with an expiry ends [s]: the next press may follow at once."""
 
 
 class Tasks:
@@ -92,11 +58,11 @@ class Tasks:
         self._revision, self._conflict = revision, conflict
         self._makers: dict[type[m.Task], Callable[[Any, _Limits], Operation[Any]]] = {
             m.HomeTask: lambda task, limits: Home(
-                sensitivity=task.sensitivity, current=task.current, **limits
+                joints=task.joints, sensitivity=task.sensitivity, current=task.current, **limits
             ),
             m.Follow: self._follow,
             m.Execute: self._execute,
-            m.JogTask: lambda _, limits: Jog(JogStream(), **limits),
+            m.JogTask: _jog,
             m.MoveGripperTask: self._move_gripper,
             m.OpenGripperTask: self._move_gripper,
             m.CloseGripperTask: self._move_gripper,
@@ -214,6 +180,13 @@ _SIMPLE: dict[type[m.Task], Callable[[], Operation[Any]]] = {
     m.AcknowledgeTask: Acknowledge,
     m.RecoverTask: Recover,
 }
+
+
+def _jog(task: m.JogTask, limits: _Limits) -> Jog:
+    if task.expiry is None and task.joints is None and task.tool is None:
+        return Jog(JogStream(), **limits)
+    stream = JogStream(task.expiry, velocity_of(task))
+    return Jog(stream, settling=SETTLING if task.expiry is None else _RELEASED, **limits)
 
 
 def _changed(task: m.WorkspaceChange) -> Callable[[Workspace], Workspace]:

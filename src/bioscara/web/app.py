@@ -11,6 +11,8 @@ from starlette.types import ASGIApp
 
 from bioscara.dashboard.clearance import Clearance
 from bioscara.dashboard.model import ArmModel
+from bioscara.dashboard.parameters import ParameterChanges, ParameterDraft, ParameterTable
+from bioscara.dashboard.recordings import RecordedSamples, RecordingEntry
 from bioscara.dashboard.sequences import DryRun, SequenceText
 from bioscara.dashboard.trajectories import CheckedTrajectory
 from bioscara.version import __version__
@@ -24,7 +26,9 @@ from bioscara.web.routes import (
     model,
     openapi,
     page,
+    parameters,
     questions,
+    recordings,
     sequences,
     session,
     trajectories,
@@ -40,6 +44,11 @@ _TYPES: tuple[type[Any], ...] = (
     ArmModel,
     CheckedTrajectory,
     Clearance,
+    ParameterChanges,
+    ParameterDraft,
+    ParameterTable,
+    RecordedSamples,
+    RecordingEntry,
     DryRun,
     SequenceText,
     *(result for _, result, _ in questions.QUESTIONS.values()),
@@ -88,6 +97,8 @@ def make_app(settings: WebSettings) -> FastAPI:
     model.add(app, facts, work)
     trajectories.add(app, facts, work)
     clearance.add(app, facts, queries, work)
+    parameters.add(app, queries, work)
+    recordings.add(app, settings, work)
     sequences.add(app, facts, queries, work)
     websocket.add(app, settings)
     openapi.add(app, _TYPES)

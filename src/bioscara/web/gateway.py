@@ -68,7 +68,7 @@ class GatewaySettings:
     certificate: Path | None = None
     key: Path | None = None
     self_signed: bool = False
-    recordings: Path = Path()
+    recordings: Path = Path("recordings")
 
     @property
     def tls(self) -> bool:

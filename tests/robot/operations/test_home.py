@@ -1,101 +1,73 @@
-"""Homing with another sensitivity and current: frames that reach the joints, and refusals."""
+"""Homing of chosen joints, by the same rules of order as that of all."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from bioscara.errors import InvalidArgumentError, MotionCancelledError
-from bioscara.protocol import Register
-from bioscara.report import CycleRecord
-from bioscara.robot import Robot
-from simulated import ARM, NAMES, Tap, simulated_bus
-
-CONFIGURED = {j.name: (j.homing.threshold, j.homing.current_percent) for j in ARM.joints}
-OWNERS = {joint.address: joint.name for joint in ARM.joints}
+from bioscara import Robot
+from bioscara.errors import HomingError, InvalidArgumentError
+from served import own_robot
 
 
-def robot_and_tap(tmp_path: Path, *, v1: bool = False) -> tuple[Robot, Tap]:
-    arm, bus = simulated_bus(seed=2, v1=v1)
-    tap = Tap(bus)
-    return Robot(tap, arm.clock, ARM, "simulated", evidence=tmp_path), tap
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[Robot]:
+    """Return a robot near its end stops that is not homed."""
+    with own_robot(tmp_path) as made:
+        yield made
 
 
-def sent(tap: Tap) -> dict[str, tuple[int, int]]:
-    """Return sensitivity and current of the last HOME of each joint."""
-    return {
-        OWNERS[frame.address]: (frame.write[3], frame.write[4])
-        for call in tap.calls
-        for frame in call
-        if frame.write[0] == Register.HOME
-    }
+def known(robot: Robot) -> list[str]:
+    """Return the names of the joints whose positions are known."""
+    state = robot.state
+    return [n for n, p in zip(state.names, state.positions, strict=True) if not math.isnan(p)]
 
 
-@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
-        ({}, CONFIGURED),
-        ({"sensitivity": 41}, {name: (41, CONFIGURED[name][1]) for name in NAMES}),
-        (
-            {"sensitivity": {"j2": 45}, "current": {"j2": 31, "j4": 11}},
-            {**CONFIGURED, "j2": (45, 31), "j4": (CONFIGURED["j4"][0], 11)},
-        ),
-    ],
-    ids=["configured", "common", "per joint"],
-)
-def test_each_joint_gets_its_value(
-    tmp_path: Path, v1: bool, values: dict[str, Any], expected: dict[str, tuple[int, int]]
-) -> None:
-    robot, tap = robot_and_tap(tmp_path, v1=v1)
-    with robot:
-        robot.home(**values)
-        assert robot.is_homed
-        assert sent(tap) == expected
+def test_chosen_joints_are_homed_and_no_others(robot: Robot) -> None:
+    robot.home(["j2"])
+    assert known(robot) == ["j2"]
+    robot.home(("j4", "j1"))
+    assert known(robot) == ["j1", "j2", "j4"]
+    robot.home()
+    assert robot.is_homed
 
 
-@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_values_are_for_one_homing_also_if_it_is_stopped(tmp_path: Path, v1: bool) -> None:
-    robot, tap = robot_and_tap(tmp_path, v1=v1)
-
-    def stop_at_j1(_: CycleRecord) -> None:
-        if "j1" in sent(tap):
-            robot.stop()
-
-    with robot:
-        with pytest.raises(MotionCancelledError):
-            robot.home(sensitivity=41, current=31, on_cycle=stop_at_j1)
-        assert sent(tap) == {"j2": (41, 31), "j1": (41, 31)}
-        robot.home()
-        assert sent(tap) == {**CONFIGURED, "j2": (41, 31)}
+def test_a_joint_is_not_homed_before_those_that_keep_the_hand_clear(robot: Robot) -> None:
+    for joint, other in (("j1", "j2"), ("j4", "j2"), ("j3", "j2")):
+        with pytest.raises(HomingError, match=f"{joint} cannot be homed: {other} is not homed"):
+            robot.home([joint])
+    with pytest.raises(HomingError, match="j3 cannot be homed: j4 is not homed"):
+        robot.home(["j2", "j1", "j3"])
+    assert known(robot) == []
 
 
-@pytest.mark.parametrize("wanted", ["sensitivity", "current"])
-@pytest.mark.parametrize(
-    ("value", "complaint"),
-    [
-        (0, r"^j1 homing {}: 0 .* is outside 1 \.\. "),
-        (256, r"^j1 homing {}: 256 .* is outside 1 \.\. "),
-        ({"j3": -1}, r"^j3 homing {}: -1 .* is outside 1 \.\. "),
-        ({"j3": 2.5}, r"^j3 homing {} is 2\.5, which is not a whole number"),
-        ({"j3": float("nan")}, r"^j3 homing {} is nan"),
-        ({"j3": None}, r"^j3 homing {} is None; give a number"),
-        ({"j3": True}, r"^j3 homing {} is True; give a number"),
-        ("20", r"^j1 homing {} is '20'; give a number"),
-        ([20, 20, 20, 20], r"^j1 homing {} is \[20, .*\]; give a number"),
-        ({"j5": 20}, r"^{}: there is no joint 'j5'; "),
-        ({3: 20}, r"^{}: there is no joint 3; did you mean j3\?"),
-    ],
-)
-def test_unusable_values_are_refused_before_anything_is_sent(
-    tmp_path: Path, wanted: str, value: object, complaint: str
-) -> None:
-    robot, tap = robot_and_tap(tmp_path)
-    with robot:
-        calls = len(tap.calls)
-        with pytest.raises(InvalidArgumentError, match=complaint.format(wanted)):
-            robot.home(**{wanted: value})  # type: ignore[arg-type]
-        assert len(tap.calls) == calls
-        assert not robot.is_enabled
+def test_a_homed_joint_is_homed_again_if_it_is_chosen(robot: Robot) -> None:
+    robot.home()
+    robot.unfold()
+    here = robot.state.positions
+    robot.move_joints((here[0] + 0.02, *here[1:]))
+    at = robot.clock.now()
+    robot.home(["j1"])
+    assert robot.clock.now() > at + 0.5
+    assert robot.is_homed
+    end = robot.parameters.joints[0].home_position
+    assert robot.state.positions[0] == pytest.approx(end, abs=0.05)
+
+
+def test_a_joint_is_not_homed_again_while_another_is_far_from_its_end_stop(robot: Robot) -> None:
+    robot.home()
+    robot.unfold()
+    here = robot.state.positions
+    robot.move_joints((here[0], here[1] - 0.1, 0.0, here[3]))
+    with pytest.raises(HomingError, match="j2 is 0.1 m from its end stop"):
+        robot.home(["j4"])
+    assert robot.state.positions[1] == pytest.approx(here[1] - 0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize("joints", [["j5"], [], "j2", [3]])
+def test_joints_that_there_are_not_are_refused(robot: Robot, joints: list[str]) -> None:
+    with pytest.raises(InvalidArgumentError):
+        robot.home(joints)

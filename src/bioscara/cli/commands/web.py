@@ -43,6 +43,7 @@ def run(options: Options) -> int:
         options.tls_cert,
         options.tls_key,
         options.tls_self_signed,
+        options.recordings,
     )
     log.set_up(as_json=False)
     with StopRequest() as cancelled:

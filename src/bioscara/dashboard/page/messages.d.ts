@@ -500,6 +500,7 @@ export interface HomeTask {
   kind: "home";
   sensitivity?: number | Record<string, number> | null;
   current?: number | Record<string, number> | null;
+  joints?: string[] | null;
 }
 
 export interface HomingParameters {
@@ -528,6 +529,9 @@ export interface Introspection {
 
 export interface JogTask {
   kind: "jog";
+  expiry?: number | null;
+  joints?: JointVelocity | null;
+  tool?: ToolVelocity | null;
 }
 
 export interface JointCounters {

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
-from bioscara.arguments import shown
+from bioscara.arguments import items, shown
 from bioscara.control.controllers.goals import GoalStatus
 from bioscara.drivers.joint.homing import check_current, check_sensitivity
 from bioscara.errors import HomingError, InvalidArgumentError, LifecycleError
@@ -14,7 +14,7 @@ from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import HOMING
 from bioscara.robot.operations.execution import MotionExecution
-from bioscara.robot.operations.homing_order import joints_to_home
+from bioscara.robot.operations.homing_order import directions_of, joints_to_home
 from bioscara.robot.operations.operation import Cycles, OnCycle, Operation
 from bioscara.spelling import did_you_mean
 
@@ -34,10 +34,30 @@ def _per_joint(what: str, given: PerJoint, check: Callable[[str, int], int]) -> 
     return {name: check(name, value) for name, value in values.items()}
 
 
+def _chosen(joints: Sequence[str] | None) -> tuple[str, ...] | None:
+    """Return the names of the joints to home; None for those that are not homed."""
+    if joints is None:
+        return None
+    names = items("the joints to home", joints, 'give ["j2"]')
+    for name in names:
+        if name not in JOINTS:
+            hint = did_you_mean(str(name), JOINTS, f"there are {', '.join(JOINTS)}")
+            raise InvalidArgumentError(f"there is no joint {shown(name)} to home; {hint}")
+    if not names:
+        raise InvalidArgumentError(
+            "home() is given no joints; leave them out for those that are not homed"
+        )
+    return names
+
+
 class Home(Operation[None]):
     """Homes the joints that are not homed, and homed ones that must be homed again before them.
 
+    With ``joints`` it homes these, also where they are homed, and no others: it is refused where
+    another one would have to be homed before.
+
     Args:
+        joints: Names of the joints; None for those that are not homed.
         sensitivity: Position error that counts as a touch, 1 to 255 [microsteps of the motor]: one
             for all joints, or by the names of joints; None for the configured ones.
         current: Drive current, 1 to 100 [%]; likewise.
@@ -52,12 +72,14 @@ class Home(Operation[None]):
     def __init__(
         self,
         *,
+        joints: Sequence[str] | None = None,
         sensitivity: PerJoint = None,
         current: PerJoint = None,
         timeout: float | None = None,
         on_cycle: OnCycle | None = None,
     ) -> None:
         super().__init__("home()", timeout=timeout, on_cycle=on_cycle)
+        self._joints = _chosen(joints)
         self._sensitivity = _per_joint("sensitivity", sensitivity, check_sensitivity)
         self._current = _per_joint("current", current, check_current)
         self._progress = math.nan
@@ -77,7 +99,7 @@ class Home(Operation[None]):
             stack.supervisor.warnings.append(f"{self.name} begins paused: it moves after resume()")
             yield from execution.run(lambda: not arm.paused, Phase.HOMING)
         arm.session.enable()
-        directions, notes = joints_to_home(stack.arm.axes)
+        directions, notes = self._directions(arm)
         if not directions:
             return
         if (load := arm.workspace.load) is not None:
@@ -101,3 +123,11 @@ class Home(Operation[None]):
         if goal.status is not GoalStatus.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(clock.now(), (), (HOMING,))
+
+    def _directions(self, arm: Arm) -> tuple[dict[str, float], list[str]]:
+        """Return the joints to home with their directions, and the reasons."""
+        axes = arm.stack.arm.axes
+        if self._joints is None:
+            return joints_to_home(axes)
+        order = arm.stack.homing.parameters.joints
+        return directions_of(axes, order, self._joints), []

@@ -8,7 +8,7 @@ these are at the positions in which homing would have left them, and whether the
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from bioscara.errors import HomingError
 from bioscara.hardware.axis import Axis
@@ -59,8 +59,31 @@ def joints_to_home(axes: Sequence[Axis]) -> tuple[dict[str, float], list[str]]:
     return directions, notes
 
 
+def directions_of(
+    axes: Sequence[Axis], order: Sequence[str], joints: Collection[str]
+) -> dict[str, float]:
+    """Return the directions for homing chosen joints, also those that are homed, and no others.
+
+    Args:
+        axes: All joints of the arm.
+        order: Their names, in the order of homing.
+        joints: Names of the joints to home.
+
+    Raises:
+        HomingError: Another joint has to be homed before, or the elbow is folded.
+    """
+    velocities = {axis.name: axis.joint.parameters.homing.velocity for axis in axes}
+    for joint in joints:
+        require_homing_of(axes, order, joint, velocities[joint], joints)
+    return {name: velocity for name, velocity in velocities.items() if name in joints}
+
+
 def require_homing_of(
-    axes: Sequence[Axis], order: Sequence[str], joint: str, direction: float
+    axes: Sequence[Axis],
+    order: Sequence[str],
+    joint: str,
+    direction: float,
+    together: Collection[str] = (),
 ) -> None:
     """Raise unless a joint may be homed alone, by the rules of homing all.
 
@@ -69,6 +92,7 @@ def require_homing_of(
         order: Their names, in the order of homing.
         joint: Name of the joint.
         direction: Its sign is the direction of the homing.
+        together: Names of the joints that are homed in the same homing, in that order.
 
     Raises:
         HomingError: The direction leads away from the end stop, another joint has to be homed
@@ -76,6 +100,7 @@ def require_homing_of(
     """
     by_name = {axis.name: axis for axis in axes}
     unknown = {axis.name for axis in axes if not axis.homed}
+    missing = unknown.difference(together)
     velocity = by_name[joint].joint.parameters.homing.velocity
     if direction * velocity < 0.0:
         sign = "above" if velocity > 0.0 else "below"
@@ -85,7 +110,7 @@ def require_homing_of(
             joint,
         )
     for other in order[: order.index(joint)]:
-        if other in unknown:
+        if other in missing:
             raise HomingError(
                 f"{joint} cannot be homed: {other} is not homed, and the hand could meet the arm; "
                 f"home {other} first",
@@ -94,6 +119,8 @@ def require_homing_of(
     if joint == "j4":
         _require_open_elbow(by_name, {joint, *unknown})
     for other in BEFORE.get(joint, ()):
+        if other in together:
+            continue
         parameters = by_name[other].joint.parameters
         off = abs(by_name[other].position.value - parameters.home_position)
         if not off <= AT_STOP[parameters.unit]:

@@ -23,7 +23,8 @@ class Jog(Operation[None]):
     """Moves by velocities until their source ends, and then until the arm is at rest.
 
     Args:
-        velocities: Called each cycle: returns a velocity, or None to end.
+        velocities: Called each cycle: returns a velocity, or None to end; raises to end early.
+        settling: Time at rest after which it ends [s].
         timeout: Longest duration [s]; None for no limit.
         on_cycle: Receives the record of each cycle.
 
@@ -40,6 +41,7 @@ class Jog(Operation[None]):
         self,
         velocities: Callable[[], Velocity | None],
         *,
+        settling: float = SETTLING,
         timeout: float | None = None,
         on_cycle: OnCycle | None = None,
     ) -> None:
@@ -49,7 +51,7 @@ class Jog(Operation[None]):
                 f"jog() is given {shown(velocities)}; give a function that returns the velocity, "
                 "or None to end"
             )
-        self.velocities = velocities
+        self.velocities, self._settling = velocities, settling
 
     def prepare(self, arm: Arm) -> None:
         """Check that the arm may be jogged from where it is."""
@@ -70,9 +72,12 @@ class Jog(Operation[None]):
             nonlocal ended, since
             now, velocity = clock.now(), None if ended else self.velocities()
             ended = velocity is None
-            if velocity is not None:
+            if velocity is None:
+                # At once: the last command would otherwise apply until it expires.
+                stack.jog.cancel(now)
+            else:
                 stack.jog.command(velocity, now, arm.speed_of(self))
             since = min(since, now) if ended and stack.jog.at_rest else math.inf
-            return now - since >= SETTLING
+            return now - since >= self._settling
 
         yield from MotionExecution(arm, self).run(done, Phase.JOG)

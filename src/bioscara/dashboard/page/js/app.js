@@ -87,9 +87,11 @@ export class App {
     return new Promise((resolve) => {
       const look = () => {
         const goal = this.arm.goals.get(number);
-        if (goal && ["succeeded", "cancelled", "failed"].includes(goal.status)) resolve(goal);
+        if (!goal || !["succeeded", "cancelled", "failed"].includes(goal.status)) return;
+        forget();
+        resolve(goal);
       };
-      this.arm.on("goals", look);
+      const forget = this.arm.on("goals", look);
       look();
     });
   }

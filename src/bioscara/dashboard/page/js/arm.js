@@ -116,9 +116,11 @@ export class Arm {
    *
    * @param {Topic} topic The topic.
    * @param {() => void} listener The function.
+   * @returns {() => void} Lets it not be called any more.
    */
   on(topic, listener) {
     this.listeners.set(topic, [...(this.listeners.get(topic) ?? []), listener]);
+    return () => { this.listeners.set(topic, (this.listeners.get(topic) ?? []).filter((each) => each !== listener)); };
   }
 
   /** @param {Topic} topic */

@@ -3,6 +3,7 @@
 import { Arm, keepLease } from "./arm.js";
 import { App } from "./app.js";
 import { Connection } from "./connection.js";
+import { buildJog } from "./control/jog_pad.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
 import { buildHeader, buildMessages } from "./header.js";
@@ -10,6 +11,7 @@ import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
 import { healthPanel } from "./panels/health.js";
 import { plotsPanel } from "./panels/plots.js";
+import { runPanel } from "./panels/run.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
@@ -52,9 +54,11 @@ async function begin() {
   buildHeader(app);
   buildMessages(app);
   buildView(app);
+  buildJog(app);
   const recovery = new Recovery(app);
   buildFaultStrip(app, recovery);
   buildTabs(app, [
+    runPanel,
     plotsPanel,
     healthPanel(recovery),
   ]);

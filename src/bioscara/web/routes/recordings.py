@@ -1,0 +1,100 @@
+"""The recordings of the arm: list, files, and samples for plots and replay."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import AsyncIterator
+from http import HTTPStatus
+from pathlib import Path
+from typing import BinaryIO
+from urllib.parse import quote
+
+from fastapi import FastAPI, Response
+from fastapi.responses import StreamingResponse
+
+from bioscara.api import framing
+from bioscara.dashboard.recordings import (
+    RecordedSamples,
+    RecordingEntry,
+    Recordings,
+    recorded_samples,
+)
+from bioscara.errors import BioscaraError
+from bioscara.rosbag.recording_file import MEDIA_TYPE
+from bioscara.web.routes.http import JSON, RefusedError, Viewer, answers, json, unusable
+from bioscara.web.routes.work import Work
+from bioscara.web.settings import WebSettings
+
+_PART = 256 << 10
+"""Bytes of a file that are read at once."""
+
+
+def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
+    """Add the routes."""
+    recordings = Recordings(settings.recordings, settings.arm)
+
+    async def path_of(name: str) -> Path:
+        # Looked up among the names of the folder: nowhere is it used as a path.
+        path = await work.do(recordings.path_of, name)
+        if path is None:
+            raise RefusedError(HTTPStatus.NOT_FOUND, "there is no recording of this name")
+        return path
+
+    @app.get(
+        "/api/recordings",
+        response_class=Response,
+        summary="The recordings of the arm, newest first.",
+        responses=answers(RecordingEntry, many=True),
+    )
+    async def listed(_: Viewer) -> Response:
+        return json(await work.do(recordings.entries))
+
+    @app.get(
+        "/api/recordings/{name}",
+        response_class=Response,
+        summary="A recording as an MCAP file, by a name of the list.",
+        responses={200: {"content": {MEDIA_TYPE: {}}}},
+    )
+    async def file(name: str, _: Viewer) -> Response:
+        path = await path_of(name)
+        try:
+            opened = await asyncio.to_thread(path.open, "rb")
+        except OSError:
+            raise RefusedError(HTTPStatus.NOT_FOUND, "the recording was deleted") from None
+        size = os.fstat(opened.fileno()).st_size
+        return StreamingResponse(
+            _parts(opened, size),
+            media_type=MEDIA_TYPE,
+            headers={
+                "Content-Length": str(size),
+                "Content-Disposition": f"attachment; filename*=UTF-8''{quote(name, safe='')}",
+            },
+        )
+
+    @app.get(
+        "/api/recordings/{name}/samples",
+        response_class=Response,
+        summary="Evenly chosen samples of a recording.",
+        responses=answers(RecordedSamples),
+    )
+    async def samples(name: str, _: Viewer, count: int = 2000) -> Response:
+        path = await path_of(name)
+
+        def chosen() -> bytes:
+            return framing.encode_json(recorded_samples(path, count))
+
+        try:
+            return Response(await work.do(chosen), media_type=JSON)
+        except BioscaraError as error:
+            return unusable(error)
+
+
+async def _parts(file: BinaryIO, size: int) -> AsyncIterator[bytes]:
+    """Yield as much of a file as was announced: it may be written meanwhile."""
+    try:
+        while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
+            size -= len(part)
+            yield part
+    finally:
+        file.close()
