@@ -109,7 +109,8 @@ def test_the_links_are_where_the_kinematics_of_python_have_them(page: Page, left
         pose = page.evaluate(
             """at => { const { kinematics, tool } = bioscara.view.picture;
               const room = kinematics.room();
-              kinematics.place(Object.fromEntries(kinematics.names.map((n, i) => [n, at[i]])), room);
+              const named = kinematics.names.map((name, index) => [name, at[index]]);
+              kinematics.place(Object.fromEntries(named), room);
               return kinematics.toolPose(room, tool); }""",
             at,
         )
@@ -139,7 +140,7 @@ def test_the_tool_is_drawn_where_the_arm_has_it_and_only_on_change(page: Page, l
     assert page.evaluate("bioscara.view.picture.trace.count") > 2
     standing = _frames(page)
     page.wait_for_timeout(500)
-    assert _frames(page) <= standing + 1
+    assert _frames(page) <= standing + 4  # not one for each of a dozen samples
 
 
 def test_a_trajectory_is_interpolated_as_python_does(page: Page, left: Site) -> None:
@@ -210,8 +211,9 @@ def test_the_clearance_is_that_of_python(page: Page, left: Site) -> None:
     left.robot.release_lease()
     shown = page.locator(".view-clearance")
     wait_until(lambda: "to rack" in shown.inner_text(), "the rack is the nearest")
-    assert "Near" in shown.inner_text() or "Clear" in shown.inner_text()
-    assert page.evaluate("bioscara.view.clearance.value.other") == "rack"
+    expected = left.robot.scene.nearest_pair(left.robot.kinematics, left.robot.state.positions)
+    assert expected is not None
+    assert f"{1e3 * expected.distance:.1f} mm, {expected.link} to rack" in shown.inner_text()
     _until(page, "bioscara.view.drawing.tracks.pair.visible")
 
 
@@ -316,6 +318,18 @@ def test_a_press_makes_pictures_rare_and_a_hidden_view_has_none(page: Page) -> N
     page.evaluate("() => { document.getElementById('view').hidden = false; }")
 
 
+def test_a_slow_view_has_half_the_resolution_and_says_so(page: Page) -> None:
+    drawn = _frames(page)
+    page.evaluate(
+        """() => { const { scheduler } = bioscara.view;
+          scheduler.slow = true; scheduler.becameSlow(); }"""
+    )
+    assert "slowly" in page.locator(".view-note").inner_text()
+    wait_until(lambda: _frames(page) > drawn, "it is drawn")
+    canvas = "bioscara.view.drawing.stage.canvas"
+    assert page.evaluate(f"{canvas}.width / {canvas}.clientWidth") == pytest.approx(0.5, abs=0.01)
+
+
 def test_without_webgl_the_arm_is_flat_and_has_the_same_target(
     browser: Browser, left: Site
 ) -> None:
@@ -327,9 +341,9 @@ def test_without_webgl_the_arm_is_flat_and_has_the_same_target(
     pose = left.robot.pose
     assert pose is not None
     drawn = page.evaluate(
-        "() => document.querySelector('.view-flat .live .tool').getAttribute('points').split(' ')[2]"
+        "() => document.querySelector('.view-flat .live .tool').getAttribute('points')"
     )
-    assert [float(part) for part in drawn.split(",")] == pytest.approx(
+    assert [float(part) for part in drawn.split()[2].split(",")] == pytest.approx(
         [1e3 * pose.x, -1e3 * pose.y], abs=0.2
     )
     _show_target(page)
