@@ -58,6 +58,9 @@ EXPECTED = {
     "GET /api/recordings": VIEWER,
     "GET /api/recordings/{name}": ABSENT,
     "GET /api/recordings/{name}/samples": ABSENT,
+    "GET /api/arms": VIEWER,
+    "POST /api/arms/stop": VIEWER,
+    "POST /api/arms/{name}/stop": ABSENT,
     "POST /api/trajectories": Expected(401, 422, 422),  # Without a file in its body.
     "POST /api/sequences/read": Expected(401, 422, 422),
     "POST /api/sequences/write": Expected(401, 422, 422),

@@ -213,19 +213,57 @@ class OwnerClaim:
 
     def _take(self) -> int:
         _make_folder(self._path.parent)
-        lock = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        try:
-            fcntl.fcntl(lock, fcntl.F_OFD_SETLK, _WRITE_LOCK)
-        except (BlockingIOError, PermissionError):
-            os.close(lock)
+        lock = lock_file(self._path, {"pid": os.getpid(), "bus": self._bus})
+        if lock is None:
             entry = _entry(self._path)
             other = f"process {entry.pid} on {entry.bus}" if entry else "another process"
             raise BusyOwnerError(
                 f"arm {self._name} has an owner, {other}; give another --name, or end that one"
-            ) from None
-        os.ftruncate(lock, 0)
-        os.pwrite(lock, json.dumps({"pid": os.getpid(), "bus": self._bus}).encode(), 0)
+            )
         return lock
+
+
+def lock_file(path: Path, content: dict[str, object]) -> int | None:
+    """Make or take a file that says something for as long as this process has it open.
+
+    Args:
+        path: The file.
+        content: What it says.
+
+    Returns:
+        The opened file; None if another process has it.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    try:
+        fcntl.fcntl(lock, fcntl.F_OFD_SETLK, _WRITE_LOCK)
+    except (BlockingIOError, PermissionError):
+        os.close(lock)
+        return None
+    os.ftruncate(lock, 0)
+    os.pwrite(lock, json.dumps(content).encode(), 0)
+    return lock
+
+
+def locked_content(path: Path) -> dict[str, object] | None:
+    """Return what a file of :func:`lock_file` says; None if no process has it, or it is no such."""
+    try:
+        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        # Asked for, not taken: a lock taken for a moment would refuse an owner that begins then.
+        (kind, *_) = struct.unpack(_FLOCK, fcntl.fcntl(file, fcntl.F_OFD_GETLK, _WRITE_LOCK))
+        if kind == fcntl.F_UNLCK:
+            return None
+        with suppress(ValueError, RecursionError):
+            content = json.loads(os.pread(file, 4096, 0))
+            return content if isinstance(content, dict) else None
+        return None
+    finally:
+        os.close(file)
 
 
 def _make_folder(path: Path) -> None:
@@ -241,20 +279,9 @@ def _make_folder(path: Path) -> None:
 
 def _entry(lock: Path) -> OwnerEntry | None:
     """Return the owner that holds a lock; None if none does."""
-    try:
-        file = os.open(lock, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return None
-    try:
-        # Asked for, not taken: a lock taken for a moment would refuse an owner that begins then.
-        (kind, *_) = struct.unpack(_FLOCK, fcntl.fcntl(file, fcntl.F_OFD_GETLK, _WRITE_LOCK))
-        if kind == fcntl.F_UNLCK:
-            return None
-        with suppress(ValueError, KeyError, TypeError, OverflowError, RecursionError):
-            text = json.loads(os.pread(file, 4096, 0))
-            return OwnerEntry(
-                lock.stem, str(text["bus"]), int(text["pid"]), lock.with_suffix(".sock")
-            )
-        return None
-    finally:
-        os.close(file)
+    content = locked_content(lock)
+    if content is not None:
+        with suppress(ValueError, KeyError, TypeError, OverflowError):
+            bus, pid = str(content["bus"]), int(str(content["pid"]))
+            return OwnerEntry(lock.stem, bus, pid, lock.with_suffix(".sock"))
+    return None

@@ -21,6 +21,7 @@ from bioscara.web.owner_facts import OwnerFacts
 from bioscara.web.owner_queries import OwnerQueries
 from bioscara.web.rate_limit import RateLimits
 from bioscara.web.routes import (
+    arms,
     clearance,
     http,
     model,
@@ -35,6 +36,7 @@ from bioscara.web.routes import (
     websocket,
 )
 from bioscara.web.routes.work import Work
+from bioscara.web.served_arms import ServedArm, ServedArms, StoppedArm
 from bioscara.web.settings import WebSettings
 
 PUBLIC = frozenset({*page.ASSETS, "/healthz", "/session"})
@@ -49,6 +51,8 @@ _TYPES: tuple[type[Any], ...] = (
     ParameterTable,
     RecordedSamples,
     RecordingEntry,
+    ServedArm,
+    StoppedArm,
     DryRun,
     SequenceText,
     *(result for _, result, _ in questions.QUESTIONS.values()),
@@ -66,18 +70,20 @@ def guarded(app: FastAPI, settings: WebSettings) -> ASGIApp:
         app.state.sign_ins,
         settings.cookie,
         PUBLIC,
+        frozenset(page.ASSETS),
     )
 
 
 def make_app(settings: WebSettings) -> FastAPI:
     """Return the routes of a gateway; they must only be served through :func:`guarded`."""
     queries, work = OwnerQueries(settings.arm, "web gateway"), Work()
-    facts = OwnerFacts(queries)
+    facts, served = OwnerFacts(queries), ServedArms(settings.arm)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
         work.close()
+        await served.close()
         await queries.close()
 
     app = FastAPI(
@@ -99,6 +105,7 @@ def make_app(settings: WebSettings) -> FastAPI:
     clearance.add(app, facts, queries, work)
     parameters.add(app, queries, work)
     recordings.add(app, settings, work)
+    arms.add(app, served)
     sequences.add(app, facts, queries, work)
     websocket.add(app, settings)
     openapi.add(app, _TYPES)

@@ -14,6 +14,7 @@ import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bioscara.api import framing, runtime
+from bioscara.api.gateway_pages import Announcement
 from bioscara.errors import ConfigurationError
 from bioscara.web.addresses import (
     LOCAL_NAMES,
@@ -123,6 +124,7 @@ class Gateway:
             raise
         shown = f"[{names[0]}]" if ":" in names[0] else names[0]
         self.url = f"{'https' if settings.tls else 'http'}://{shown}:{port}/"
+        self._announcement = Announcement(settings.arm, port, self.url)
 
     @property
     def started(self) -> bool:
@@ -143,6 +145,7 @@ class Gateway:
 
     def close(self) -> None:
         """Give the port free without having served."""
+        self._announcement.close()
         self._listener.close()
 
     async def _serve(self, ended: Callable[[], bool]) -> None:
@@ -156,6 +159,7 @@ class Gateway:
             await self._server.serve(sockets=[self._listener])
         finally:
             watching.cancel()
+            self._announcement.close()
             self._listener.close()
         if not self._server.started:
             raise ConfigurationError("the web server cannot begin; its log says why")

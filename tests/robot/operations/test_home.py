@@ -62,7 +62,7 @@ def test_a_joint_is_not_homed_again_while_another_is_far_from_its_end_stop(robot
     robot.unfold()
     here = robot.state.positions
     robot.move_joints((here[0], here[1] - 0.1, 0.0, here[3]))
-    with pytest.raises(HomingError, match="j2 is 0.1 m from its end stop"):
+    with pytest.raises(HomingError, match=r"j2 is 0\.1 m from its end stop"):
         robot.home(["j4"])
     assert robot.state.positions[1] == pytest.approx(here[1] - 0.1, abs=1e-3)
 

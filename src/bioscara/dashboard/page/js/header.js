@@ -14,7 +14,7 @@ const MESSAGE = 8000;
 const LOOK = 500;
 
 /** Mark and colour of each state of the page; words are in the texts. */
-const STATES = {
+export const STATES = {
   "signed-out": ["⊘", "action"],
   "mismatch": ["≠", "warn"],
   "connecting": ["↻", ""],

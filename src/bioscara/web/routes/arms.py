@@ -1,0 +1,49 @@
+"""All arms of this computer: how they are, and STOP."""
+
+from __future__ import annotations
+
+from http import HTTPStatus
+
+from fastapi import FastAPI, Response
+
+from bioscara.errors import OwnerLostError
+from bioscara.web.relay import WebClient
+from bioscara.web.routes.http import RefusedError, Viewer, answers, json
+from bioscara.web.served_arms import ServedArm, ServedArms, StoppedArm
+
+
+def add(app: FastAPI, served: ServedArms) -> None:
+    """Add the routes."""
+
+    @app.get(
+        "/api/arms",
+        response_class=Response,
+        summary="The arms that are served on this computer.",
+        responses=answers(ServedArm, many=True),
+    )
+    async def arms(_: Viewer) -> Response:
+        return json(await served.look())
+
+    @app.post(
+        "/api/arms/stop",
+        response_class=Response,
+        summary="Stop all arms of this computer; whoever may look at one may stop all.",
+        responses=answers(StoppedArm, many=True),
+    )
+    async def stop_all(credential: Viewer) -> Response:
+        client = WebClient(credential.scope, credential.address)
+        return json(await served.stop_all(client))
+
+    @app.post(
+        "/api/arms/{name}/stop",
+        response_class=Response,
+        summary="Stop an arm of this computer.",
+        responses=answers(StoppedArm, many=True),
+    )
+    async def stop(name: str, credential: Viewer) -> Response:
+        client = WebClient(credential.scope, credential.address)
+        try:
+            stopped = await served.stop(name, client)
+        except OwnerLostError as error:
+            raise RefusedError(HTTPStatus.NOT_FOUND, str(error)) from error
+        return json([stopped])
