@@ -68,7 +68,7 @@ function buildIdentity(app) {
     setText(mark, sign);
     setText(word, text(`state.${now}`));
     state.className = `badge state ${colour}`;
-    setText(allowed, text(`allowed.${now}`) + (now === "mismatch" || now === "signed-out" ? ` ${arm.reason}` : ""));
+    setText(allowed, text(`allowed.${now}`) + (now === "mismatch" ? ` ${arm.mismatch}` : now === "signed-out" ? ` ${arm.reason}` : ""));
     reload.hidden = !["mismatch", "signed-out", "gone"].includes(now);
     const [what, tone] = conditionOf(app);
     condition.hidden = what === "";

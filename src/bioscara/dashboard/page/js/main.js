@@ -6,12 +6,15 @@ import { Connection } from "./connection.js";
 import { buildJog } from "./control/jog_pad.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
+import { watchGateway } from "./gateway.js";
 import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
+import { benchPanel } from "./panels/bench.js";
 import { healthPanel } from "./panels/health.js";
 import { plotsPanel } from "./panels/plots.js";
 import { runPanel } from "./panels/run.js";
+import { settingsPanel } from "./panels/settings.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { text } from "./texts.js";
@@ -61,9 +64,12 @@ async function begin() {
     runPanel,
     plotsPanel,
     healthPanel(recovery),
+    settingsPanel,
+    benchPanel,
   ]);
   showState(arm);
   keepLease(arm);
+  watchGateway(arm);
   connection.connect();
   // For tests and for the curious.
   Object.assign(window, { bioscara: app });
