@@ -32,7 +32,7 @@ def test_a_page_of_another_version_gives_control_back_and_can_be_loaded_again(
     wait_for_state(page, "mismatch")
     header = page.locator("#identity")
     expect(header).to_contain_text(f"The page is of version {VERSION[:8]}, the server of 01234567.")
-    page.wait_for_function("bioscara.connection.open && bioscara.arm.lease.client === null")
+    page.wait_for_function("() => bioscara.connection.open && bioscara.arm.lease.client === null")
     refused = page.evaluate("bioscara.arm.acquire().then(() => '', (error) => error.message)")
     assert refused == "this page has another version than the server: reload it"
     page.unroute("**/session")
