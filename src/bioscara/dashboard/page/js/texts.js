@@ -107,6 +107,9 @@ const TEXTS = {
   "view.look_top": "Top",
   "view.look_follow": "Follow",
   "view.camera": "Camera",
+  "view.camera_turn": "Turn",
+  "view.camera_shift": "Shift",
+  "view.camera_size": "Size",
   "view.step_left": "Turn left",
   "view.step_right": "Turn right",
   "view.step_up": "Turn up",
@@ -699,6 +702,26 @@ const TEXTS = {
   "bench.expect_bus_stuck": "No exchange is possible: BUS_STUCK. The joints get no setpoint and stop by themselves within 60 ms.",
 
   // Start page.
+  "arms.title": "Arms of this computer",
+  "arms.none": "No arm is served on this computer. “bioscara serve” in a terminal serves one, simulated or real.",
+  "arms.link": "All arms",
+  "arms.age": "{age} old",
+  "arms.old": "The server does not answer: last values {age} ago. STOP is sent all the same.",
+  "arms.unknown": "state unknown",
+  "arms.fault": "fault, {state}",
+  "arms.stale": "joints are not read",
+  "arms.paused": "paused",
+  "arms.moving": "moving: {what}",
+  "arms.enabled": "at rest, enabled",
+  "arms.disabled": "at rest, disabled",
+  "arms.open": "Open {name}",
+  "arms.no_page": "Without a page: bioscara web --arm {name}",
+  "arms.stop": "STOP {name}",
+  "arms.stop_all": "STOP ALL",
+  "arms.stop_description": "Stops all motion of all arms of this computer, also by Escape. It is not an emergency stop.",
+  "arms.sent": "STOP is sent.",
+  "arms.unconfirmed": "STOP of {name} is NOT CONFIRMED: use the emergency stop.",
+  "arms.all_unconfirmed": "STOP ALL is NOT CONFIRMED: use the emergency stop.",
 };
 
 /**
