@@ -13,8 +13,8 @@ VIEW, OPERATE, ADMIN = Scope
 COMMANDS = {
     VIEW: "subscribe recall get_state get_description get_workspace get_history get_faults "
     "get_goal get_lease get_statistics get_parameters get_log list_controllers list_flight_records "
-    "get_flight_record get_joints get_trajectories list_goals make_plan stop pause query_controller "
-    "get_introspection",
+    "get_flight_record get_joints get_trajectories list_goals make_plan stop pause "
+    "query_controller get_introspection",
     OPERATE: "start add_points set_jog_velocity end_jog cancel pause_goal resume_goal resume "
     "set_speed_override acquire_lease renew_lease release_lease report",
     ADMIN: "set_parameters load_controller configure_controller cleanup_controller "
