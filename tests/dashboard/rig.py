@@ -7,6 +7,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import pytest
@@ -113,6 +114,24 @@ def moves(robot: RemoteRobot, work: Callable[[], Any], *, least: float = 1e-3) -
         lambda: max(abs(a - b) for a, b in zip(positions(robot), before, strict=True)) > least,
         "the arm moves",
     )
+
+
+def swing(robot: RemoteRobot) -> None:
+    """Let a client move the arm slowly for some seconds, and wait until it does."""
+    robot.acquire_lease(force=True)
+    here = robot.state.positions[0]
+    goal = HALF[0] + (0.2 if here < HALF[0] else -0.2)
+    robot.move_joints((goal, *HALF[1:]), velocity_scaling=0.1, wait=False)
+    wait_until(lambda: abs(robot.state.velocities[0]) > 0.02, "the arm moves")
+
+
+def stays(robot: RemoteRobot, time: float = 0.15) -> None:
+    """Require that the arm rests, and stays where it is for a while [s]."""
+    wait_until(lambda: max(map(abs, robot.state.velocities)) < 1e-3, "the arm rests", 1.0)
+    before = positions(robot)
+    sleep(time)
+    assert at_rest(robot)
+    assert positions(robot) == pytest.approx(before, abs=2e-4)
 
 
 def require_browser() -> None:

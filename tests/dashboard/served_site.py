@@ -24,6 +24,8 @@ def main() -> None:
     """Serve it."""
     speed, *at = map(float, sys.argv[1:])
     evidence = Path(folder()) / "faults"
+    overlay = Path(folder()) / "arm.yaml"
+    overlay.touch()
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     with own_robot(evidence) as robot:
@@ -31,7 +33,7 @@ def main() -> None:
             robot.home()
             robot.move_joints(at)
         with (
-            serving(robot, ServeSettings(NAME, "sim", evidence=evidence, speed=speed)),
+            serving(robot, ServeSettings(NAME, "sim", overlay, evidence, speed=speed)),
             running_gateway(Gateway(GatewaySettings(NAME, port=0))) as gateway,
         ):
             print(f"served {gateway.url} {gateway.token_file}", flush=True)  # noqa: T201  for the test

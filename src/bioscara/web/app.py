@@ -70,6 +70,7 @@ def guarded(app: FastAPI, settings: WebSettings) -> ASGIApp:
         app.state.sign_ins,
         settings.cookie,
         PUBLIC,
+        frozenset(page.ASSETS),
     )
 
 

@@ -25,7 +25,12 @@ from bioscara.web.scopes import Scope
 from bioscara.web.tokens import Tokens
 
 REQUESTS = 50
-"""Requests that a credential, or an address without one, may send in a second."""
+"""Requests that a credential, or an address without one, may send in a second; and as many stops,
+which other requests cannot use up."""
+FILES = 1000
+"""Files of the page that it may load in a second: a page has about a hundred, held in memory."""
+STOP = re.compile(r"/api/stop|/api/arms/(?:[^/]+/)?stop")
+"""Paths that stop an arm."""
 SIGN_INS, SIGN_IN_PERIOD = 5, 10.0
 """Number of tokens that an address may try in a time [s]."""
 TOO_MANY_SIGN_INS = f"more than {SIGN_INS} tokens were tried in {SIGN_IN_PERIOD:g} s; wait"
@@ -40,7 +45,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
-"""Headers of every answer."""
+"""Headers of every answer; files of the page may be kept, and say so."""
 _SAFE = frozenset({"GET", "HEAD"})
 _BEARER = re.compile(r"Bearer ([!-~]{1,256})", re.IGNORECASE)
 
@@ -83,6 +88,7 @@ class Guard:
         sign_ins: How often an address may try a token.
         cookie: Name of the cookie.
         public: Paths that need no credential.
+        files: Those of them that are files of the page.
     """
 
     def __init__(
@@ -94,10 +100,13 @@ class Guard:
         sign_ins: RateLimits,
         cookie: str,
         public: Collection[str],
+        files: Collection[str],
     ) -> None:
         self._app, self._own, self._tokens = app, own, tokens
         self._sessions, self._cookie, self._public = sessions, cookie, frozenset(public)
-        self._sign_ins, self._requests = sign_ins, RateLimits(REQUESTS, REQUESTS)
+        self._files, self._sign_ins = frozenset(files), sign_ins
+        self._requests = RateLimits(REQUESTS, REQUESTS)
+        self._stops, self._loads = RateLimits(REQUESTS, REQUESTS), RateLimits(FILES, FILES)
 
     async def __call__(self, scope: AsgiScope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it."""
@@ -129,10 +138,8 @@ class Guard:
             raise _RefusedError(HTTPStatus.FORBIDDEN, "the request comes from another site")
         address = scope["client"][0] if scope.get("client") else ""
         credential = self._credential(headers, address)
-        if not self._requests.take(_requester(credential, address)):
-            raise _RefusedError(
-                HTTPStatus.TOO_MANY_REQUESTS, f"more than {REQUESTS} requests in a second"
-            )
+        if not self._limits(scope["path"]).take(_requester(credential, address)):
+            raise _RefusedError(HTTPStatus.TOO_MANY_REQUESTS, "too many requests in a second")
         if credential is None and not public:
             raise _RefusedError(
                 HTTPStatus.UNAUTHORIZED,
@@ -145,6 +152,11 @@ class Guard:
                 "the request has no Origin; a browser sends one, a program a token as Bearer",
             )
         return credential
+
+    def _limits(self, path: str) -> RateLimits:
+        if path in self._files:
+            return self._loads
+        return self._stops if STOP.fullmatch(path) else self._requests
 
     def _credential(self, headers: _Headers, address: str) -> Credential | None:
         given = headers.all("authorization")
@@ -204,7 +216,7 @@ def _with_headers(send: Send) -> Send:
         }:
             headers = MutableHeaders(scope=message)
             for name, value in HEADERS.items():
-                headers[name] = value
+                headers.setdefault(name, value)
         await send(message)
 
     return sending

@@ -3,7 +3,7 @@
 /** @import { AnyTask, GoalValue } from "../messages.d.ts" */
 /** @import { Connection } from "./connection.js" */
 
-import { Arm } from "./arm.js";
+import { Arm, MismatchError } from "./arm.js";
 import { ConnectionError, RequestError } from "./connection.js";
 import { text } from "./texts.js";
 
@@ -107,7 +107,7 @@ export class App {
       await work();
       return true;
     } catch (error) {
-      if (!(error instanceof RequestError || error instanceof ConnectionError || error instanceof NoLeaseError)) {
+      if (![RequestError, ConnectionError, NoLeaseError, MismatchError].some((kind) => error instanceof kind)) {
         console.error(error);
       }
       this.say(error instanceof Error ? error.message : String(error), "error");

@@ -9,7 +9,7 @@ import { copyButton } from "../python.js";
 import { text } from "../texts.js";
 import { refusal } from "./allowed.js";
 import { GamepadReader } from "./gamepad.js";
-import { BEAT, Hold } from "./hold.js";
+import { BEAT, EXPIRY, Hold } from "./hold.js";
 import { keepScreenOn, watchHold } from "./hold_triggers.js";
 import { watchKeys, watchPointers } from "./jog_input.js";
 import { AXES, FASTEST, jogCode, stepTask, toolSpeed, USUAL, velocityOf } from "./jog_motion.js";
@@ -144,8 +144,7 @@ function portOf(app, changed) {
     },
     backlog: () => (connection.backlog > 0 ? text("jog.end.backlog") : ""),
     start: async (velocity) => {
-      const goal = await app.start({ kind: "jog" });
-      app.request({ kind: "set_jog_velocity", goal: goal.goal, ...velocity }).catch(() => {});
+      const goal = await app.start({ kind: "jog", expiry: EXPIRY, ...velocity });
       return goal.goal;
     },
     beat: (goal, velocity) => app.request({ kind: "set_jog_velocity", goal, ...velocity }),

@@ -3,6 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { AnyTask } from "../../messages.d.ts" */
 
+import { RequestError } from "../connection.js";
 import { text } from "../texts.js";
 
 /** Number of steps. */
@@ -70,7 +71,7 @@ export class Recovery {
     await this.app.attempt(async () => {
       const goal = await this.app.start(/** @type {AnyTask} */ ({ kind: step.kind }));
       const end = await this.app.ended(goal.goal);
-      if (end.failure) throw new Error(end.failure.text);
+      if (end.failure) throw new RequestError(end.failure);
     });
     this.pending = false;
   }

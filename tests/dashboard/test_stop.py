@@ -1,0 +1,266 @@
+"""STOP of the page stops the arm, in each state of page and connection, and shows what became of it."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from bioscara.api import messages as m
+from bioscara.errors import BioscaraError
+from bioscara.web.scopes import Scope
+from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
+from processes import wait_until
+
+pytestmark = pytest.mark.realtime
+
+SIZES = [(1440, 900), (1024, 768), (390, 844)]
+DIALOG = """async () => {
+    const { openDialog } = await import("/js/dialog.js");
+    openDialog(bioscara, "A question", () => [document.createElement("input")]);
+}"""
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, left: Site) -> Iterator[Page]:
+    """Return a page that only looks, which the tests share."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    yield open_page(context, left, Scope.VIEW)
+    context.close()
+
+
+def press(page: Page) -> None:
+    """Press the mouse button on STOP, wherever that is; fails where something covers it."""
+    box = page.locator("#stop-button").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+
+
+def escape(page: Page) -> None:
+    """Press Escape, wherever the focus is."""
+    page.keyboard.press("Escape")
+
+
+def shown(page: Page, state: str, limit: float = 3000) -> str:
+    """Wait until a state of STOP is shown; return the words."""
+    page.wait_for_selector(f'#stop[data-state="{state}"]', timeout=limit)
+    return page.locator(".stop-state").inner_text()
+
+
+def stops(page: Page, left: Site, way: Callable[[Page], None]) -> None:
+    """Require that a press brings a moving arm to rest, and that it stays there."""
+    swing(left.robot)
+    way(page)
+    wait_until(lambda: at_rest(left.robot), "the arm rests", 1.0)
+    shown(page, "resting")
+    page.mouse.up()
+    stays(left.robot)
+
+
+@contextmanager
+def view(_: Page, __: Site) -> Iterator[None]:
+    yield
+
+
+@contextmanager
+def dialog(page: Page, _: Site) -> Iterator[None]:
+    page.evaluate(DIALOG)
+    yield
+    page.evaluate("window.dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape'}))")
+    page.wait_for_selector(".dialog", state="detached")
+
+
+@contextmanager
+def other_tab(page: Page, _: Site) -> Iterator[None]:
+    page.get_by_role("tab", name="Health").click()
+    yield
+    page.get_by_role("tab", name="Run").click()
+
+
+@contextmanager
+def no_socket(page: Page, _: Site) -> Iterator[None]:
+    page.evaluate(
+        "() => { bioscara.connection.connect = () => {}; bioscara.connection.socket.close(); }"
+    )
+    wait_for_state(page, "gone")
+    yield
+    page.reload()
+    wait_for_state(page, "no-lease", "lease-elsewhere")
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: str(size[0]))
+@pytest.mark.parametrize("state", [view, dialog, other_tab])
+def test_stop_s1_stop_s2_one_press_or_escape_stops_in_each_view_and_dialog(
+    page: Page, left: Site, state: Callable[..., object], size: tuple[int, int]
+) -> None:
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    for way in (press, escape):
+        with state(page, left):  # type: ignore[attr-defined]
+            stops(page, left, way)
+
+
+def test_stop_s1_without_a_socket_it_goes_by_a_request_of_its_own(page: Page, left: Site) -> None:
+    page.set_viewport_size({"width": 1440, "height": 900})
+    with no_socket(page, left):
+        swing(left.robot)
+        press(page)
+        wait_until(lambda: at_rest(left.robot), "the arm rests", 1.0)
+        assert "Received" in shown(page, "decelerating")
+        page.mouse.up()
+        stays(left.robot)
+
+
+def test_stop_s1_it_stops_in_a_fault_too(page: Page, left: Site) -> None:
+    robot = left.robot
+    robot.acquire_lease(force=True)
+    try:
+        robot._do(m.SimulateFault("motor_power", value=0.0))
+        wait_for_state(page, "fault")
+        for way in (press, escape):
+            before = page.evaluate("bioscara.arm.lastEvent")
+            way(page)
+            page.mouse.up()
+            shown(page, "resting")
+            page.wait_for_function(
+                "(before) => bioscara.arm.events.some((e) => e.number > before && e.what === 'stop')",
+                arg=before,
+            )
+    finally:
+        robot.acquire_lease(force=True)
+        robot._do(m.SimulateFault("motor_power", value=1.0))
+        # The fault may need a moment until its evidence is kept.
+        for _ in range(20):
+            with suppress(BioscaraError):
+                robot.acknowledge()
+                robot.recover()
+                robot.enable()
+                break
+            page.wait_for_timeout(100)
+    wait_for_state(page, "no-lease", "lease-elsewhere")
+
+
+def test_stop_s2_it_acts_on_the_press_and_before_a_dialog_closes(page: Page, left: Site) -> None:
+    page.evaluate(DIALOG)
+    page.evaluate("""() => {
+        window.order = [];
+        const { send } = WebSocket.prototype;
+        WebSocket.prototype.send = function (data) {
+            if (data.includes('"stop"')) order.push("stop");
+            return send.call(this, data);
+        };
+        new MutationObserver(() => { if (!document.querySelector(".dialog")) order.push("closed"); })
+            .observe(document.body, { childList: true });
+    }""")
+    escape(page)
+    page.wait_for_function("order.length >= 2")
+    assert page.evaluate("order") == ["stop", "closed"]
+    page.evaluate("order.length = 0")
+    press(page)
+    assert page.evaluate("order") == ["stop"]
+    page.mouse.up()
+    page.wait_for_timeout(50)
+    assert page.evaluate("order") == ["stop"]
+
+
+def test_stop_s3_it_is_black_or_white_and_the_largest_control_and_says_what_it_is_not(
+    page: Page,
+) -> None:
+    button = page.get_by_role("button", name="STOP", exact=True)
+    assert button.is_enabled()
+    described = page.locator(f"#{button.get_attribute('aria-describedby')}").inner_text()
+    assert "not an emergency stop" in described
+    for scheme, colour in (("light", "rgb(0, 0, 0)"), ("dark", "rgb(255, 255, 255)")):
+        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        assert button.evaluate("(b) => getComputedStyle(b).backgroundColor") == colour
+    page.emulate_media(color_scheme="light")
+    areas = page.evaluate("""() => Array.from(document.querySelectorAll("button"))
+        .map((b) => [b.id, b.offsetWidth * b.offsetHeight]).sort((a, b) => b[1] - a[1])""")
+    assert areas[0][0] == "stop-button"
+    assert "emergency" not in page.locator("body").inner_text().replace(
+        "not the emergency stop", ""
+    )
+
+
+def test_stop_s4_it_shows_that_it_was_sent_received_and_that_the_arm_rests(
+    page: Page, left: Site
+) -> None:
+    page.evaluate("""() => {
+        window.words = [];
+        const status = document.querySelector(".stop-state");
+        new MutationObserver(() => words.push(status.textContent)).observe(status, { childList: true });
+    }""")
+    stops(page, left, press)
+    words = page.evaluate("words")
+    assert words[0] == "Sent."
+    assert "ms. Decelerating." in words[1]
+    assert "At rest." in words[-1]
+
+
+def test_stop_s4_it_says_that_it_was_not_confirmed_and_goes_on_until_it_is(
+    page: Page, left: Site
+) -> None:
+    sent: list[str] = []
+    page.on(
+        "request", lambda request: sent.append(request.method) if "stop" in request.url else None
+    )
+    os.kill(left.pid, signal.SIGSTOP)
+    try:
+        press(page)
+        assert shown(page, "unconfirmed", 1000) == "NOT CONFIRMED, use the emergency stop"
+        page.mouse.up()
+        page.wait_for_timeout(700)
+        assert len(sent) >= 3
+    finally:
+        os.kill(left.pid, signal.SIGCONT)
+    assert "Received after" in shown(page, "resting", 10e3)
+    count = len(sent)
+    page.wait_for_timeout(450)
+    assert len(sent) == count
+
+
+def test_stop_s5_the_way_on_is_one_button_and_nothing_begins_again(
+    page: Page, left: Site, browser: Browser
+) -> None:
+    context = browser.new_context()
+    operator = open_page(context, left)
+    command_from(left, operator)
+    stops(operator, left, escape)
+    box = operator.locator(".stop-box")
+    assert box.get_by_role("button").count() == 1
+    assert box.get_by_role("button").inner_text() == "Take control"
+    box.get_by_role("button").click()
+    wait_for_state(operator, "commanding")
+    stays(left.robot)
+    assert not box.is_visible()
+    context.close()
+
+
+def command_from(left: Site, operator: Page) -> None:
+    """Let a page take the lease, and leave it to the client that moves the arm."""
+    left.robot.release_lease()
+    wait_for_state(operator, "no-lease")
+    command(operator)
+
+
+def test_stop_s6_each_state_has_a_word_a_mark_and_its_colour(page: Page, left: Site) -> None:
+    left.robot.acquire_lease(force=True)
+    wait_for_state(page, "lease-elsewhere")
+    state = page.locator(".badge.state")
+    assert state.inner_text() == "◐another client commands"
+    colours = page.evaluate("""async () => {
+        const { STATES } = await import("/js/header.js");
+        const { text } = await import("/js/texts.js");
+        return Object.entries(STATES).map(([name, [mark, colour]]) => [name, mark, colour, text(`state.${name}`), text(`allowed.${name}`)]);
+    }""")
+    assert len(colours) == 10
+    assert all(mark and word and allowed for _, mark, _, word, allowed in colours)
+    by_name = {name: colour for name, _, colour, _, _ in colours}
+    assert by_name["fault"] == by_name["gone"] == "danger"
+    assert by_name["stale"] == "warn"
+    assert by_name["commanding"] == "good"
+    assert by_name["recovering"] == "action"
