@@ -15,8 +15,9 @@ from websockets.exceptions import ConnectionClosed
 
 from bioscara.api import framing
 from bioscara.api import messages as m
-from bioscara.web import app, relay
+from bioscara.web import relay
 from bioscara.web.gateway import Gateway, GatewaySettings
+from bioscara.web.routes import websocket
 from bioscara.web.scopes import Scope
 from processes import wait_until
 from web.gateways import Site, WebClientOfTest, arm, running_gateway, site
@@ -256,8 +257,8 @@ def test_signing_out_and_expiry_end_the_connections_of_a_browser(own: Site) -> N
 def test_there_is_a_largest_number_of_connections(
     own: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(app, "WEBSOCKETS", 2)
-    monkeypatch.setattr(app, "VIEWERS", 1)
+    monkeypatch.setattr(websocket, "WEBSOCKETS", 2)
+    monkeypatch.setattr(websocket, "VIEWERS", 1)
     with own.client(Scope.VIEW):
         with own.websocket(own.bearer(Scope.VIEW)) as viewer:
             assert WebClientOfTest(viewer).closed()[0] == 1013
