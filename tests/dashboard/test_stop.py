@@ -84,7 +84,9 @@ def other_tab(page: Page, _: Site) -> Iterator[None]:
 
 @contextmanager
 def no_socket(page: Page, _: Site) -> Iterator[None]:
-    page.evaluate("() => { bioscara.connection.connect = () => {}; bioscara.connection.socket.close(); }")
+    page.evaluate(
+        "() => { bioscara.connection.connect = () => {}; bioscara.connection.socket.close(); }"
+    )
     wait_for_state(page, "gone")
     yield
     page.reload()
@@ -179,7 +181,9 @@ def test_stop_s3_it_is_black_or_white_and_the_largest_control_and_says_what_it_i
     areas = page.evaluate("""() => Array.from(document.querySelectorAll("button"))
         .map((b) => [b.id, b.offsetWidth * b.offsetHeight]).sort((a, b) => b[1] - a[1])""")
     assert areas[0][0] == "stop-button"
-    assert "emergency" not in page.locator("body").inner_text().replace("not the emergency stop", "")
+    assert "emergency" not in page.locator("body").inner_text().replace(
+        "not the emergency stop", ""
+    )
 
 
 def test_stop_s4_it_shows_that_it_was_sent_received_and_that_the_arm_rests(
@@ -201,7 +205,9 @@ def test_stop_s4_it_says_that_it_was_not_confirmed_and_goes_on_until_it_is(
     page: Page, left: Site
 ) -> None:
     sent: list[str] = []
-    page.on("request", lambda request: sent.append(request.method) if "stop" in request.url else None)
+    page.on(
+        "request", lambda request: sent.append(request.method) if "stop" in request.url else None
+    )
     os.kill(left.pid, signal.SIGSTOP)
     try:
         press(page)
