@@ -84,6 +84,20 @@ def test_the_code_of_a_control_does_the_same(page: Page, left: Site) -> None:
     recovered(page, left)
 
 
+def test_the_time_of_the_arm_passes_as_fast_as_is_chosen(page: Page, left: Site) -> None:
+    if not page.evaluate("bioscara.arm.commands"):
+        command(page)
+    speed = page.get_by_label("Speed of time").last
+    speed.select_option("10")
+    expect(page.locator("#panel-bench")).to_contain_text("Nothing is simulated to fail")
+    begin = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
+    page.wait_for_timeout(300)
+    end = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
+    assert (end[0] - begin[0]) / (end[1] - begin[1]) * 1e3 > 4
+    speed.select_option("1")
+    wait_until(lambda: page.evaluate("bioscara.arm.link") == "live", "the values are fresh")
+
+
 def test_who_looks_only_can_let_nothing_fail(browser: Browser, left: Site) -> None:
     with browser.new_context(viewport={"width": 390, "height": 844}) as context:
         page = open_page(context, left, Scope.VIEW)

@@ -696,13 +696,13 @@ const TEXTS = {
   "bench.overheat": "Overheated motor driver",
   "bench.expect_overheat": "The driver switches off: OVERTEMPERATURE. The arm stops and is released.",
   "bench.brown_out": "Brown-out",
-  "bench.expect_brown_out": "The motor supply sags and returns. The drivers report it: POWER_LOST, and nothing moves when it is back.",
+  "bench.expect_brown_out": "The motor supply fails and returns. The drivers report it: POWER_LOST or JOINT_FAULT, and nothing moves when it is back.",
   "bench.bus_flips": "Flipped bits on the bus",
-  "bench.expect_bus_flips": "The check byte shows each broken frame, and it is repeated. No wrong value is used; many of them make cycles late.",
+  "bench.expect_bus_flips": "The check byte shows each broken frame, and it is repeated: no wrong value is used. Health counts them; many of them make cycles late or a joint lost.",
   "bench.bus_loss": "Lost exchanges",
-  "bench.expect_bus_loss": "A lost exchange is repeated. Joints that miss too many stop by themselves: JOINT_LOST or SETPOINT_LOST.",
+  "bench.expect_bus_loss": "A cycle without an answer is bridged. A joint that misses three in a row is JOINT_LOST; one without a setpoint for 60 ms stops by itself.",
   "bench.bus_stuck": "Bus stuck low",
-  "bench.expect_bus_stuck": "No exchange is possible: BUS_STUCK. The joints get no setpoint and stop by themselves within 60 ms.",
+  "bench.expect_bus_stuck": "No exchange is possible: all joints are lost, which can look like POWER_LOST, and those that may still be energised are named. They get no setpoint and stop by themselves within 60 ms.",
 
   // Start page.
   "arms.title": "Arms of this computer",
