@@ -467,6 +467,7 @@ const TEXTS = {
   "files.done": "The trajectory was followed to its end.",
   "files.was_cancelled": "cancelled",
   "files.cancel": "Cancel the trajectory",
+  "files.with_limits": "With the limits",
   "files.whole": "Show all of it",
   "files.position": "Position",
   "files.velocity": "Velocity",

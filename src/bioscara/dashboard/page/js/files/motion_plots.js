@@ -37,7 +37,8 @@ export class MotionPlots {
     this.places = h("div", { class: "column plots" });
     this.whole = button(text("files.whole"), () => this.#seen(this.#begin, this.#end));
     this.whole.hidden = true;
-    this.element = h("div", { class: "column motion-plots" }, this.places, this.whole);
+    const limits = h("input", { type: "checkbox", checked: true, on: { change: () => this.#limit(limits.checked) } });
+    this.element = h("div", { class: "column motion-plots" }, h("div", { class: "row" }, h("label", {}, limits, text("files.with_limits")), this.whole), this.places);
     new ResizeObserver(() => { for (const chart of this.charts) chart.resize(); }).observe(this.places);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       for (const chart of this.charts) chart.rebuild();
@@ -69,6 +70,12 @@ export class MotionPlots {
       this.places.append(h("section", {}, h("h3", { text: title }), place));
       this.charts.push(new Chart(place, quantity, (from, to) => this.#seen(from, to)));
     }
+    this.#draw();
+  }
+
+  /** @param {boolean} shown */
+  #limit(shown) {
+    for (const chart of this.charts) chart.limits = shown;
     this.#draw();
   }
 
