@@ -32,6 +32,7 @@ export class MotionPlots {
     this.rows = null;
     /** @type {Chart[]} */
     this.charts = [];
+    this.limits = true;
     /** @type {import("../plots/chart.js").View | null} */
     this.view = null;
     this.places = h("div", { class: "column plots" });
@@ -75,7 +76,7 @@ export class MotionPlots {
 
   /** @param {boolean} shown */
   #limit(shown) {
-    for (const chart of this.charts) chart.limits = shown;
+    this.limits = shown;
     this.#draw();
   }
 
@@ -101,7 +102,10 @@ export class MotionPlots {
 
   #draw() {
     if (!this.view) return;
-    for (const chart of this.charts) chart.draw(this.view);
+    for (const chart of this.charts) {
+      chart.limits = this.limits;
+      chart.draw(this.view);
+    }
   }
 
   /**
