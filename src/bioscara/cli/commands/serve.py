@@ -16,6 +16,13 @@ from bioscara.server.owner import Owner
 from bioscara.server.serve import ServeSettings, serve
 
 
+def _with_one_address(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the words of a gateway; that for browsers prints one address, that of operators."""
+    if words[0] != "web" or "--show" in words:
+        return words
+    return ("web", "--show", "operate", *words[1:])
+
+
 def run(options: Options) -> int:
     """Own an arm until Ctrl-C or SIGTERM; it is at rest and released then.
 
@@ -32,7 +39,7 @@ def run(options: Options) -> int:
         overlay=options.parameters,
         evidence=options.evidence,
         group=options.group,
-        gateways=options.gateways,
+        gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,
         speed=options.speed,
     )
