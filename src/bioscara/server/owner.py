@@ -51,6 +51,7 @@ from bioscara.server.queries import (
     workspace_state,
 )
 from bioscara.server.sampling import Sampler
+from bioscara.server.simulation import Simulation
 from bioscara.server.tasks import Tasks, make_plan
 from bioscara.server.uploads import Uploads
 from bioscara.version import __version__
@@ -119,6 +120,9 @@ class Owner:
         self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
+        self._simulation = Simulation(
+            self._arm, lambda text: post(lambda: self._event("simulation", text))
+        )
         self._controllers = ClientControllers(self._arm, self)
         self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
         self.controllers_sample: m.ControllersSample | None = None
@@ -150,6 +154,8 @@ class Owner:
             m.GetDescription: self._describe,
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
             m.GetHistory: self._past,
+            m.GetSimulation: lambda *_: self._simulation.state(),
+            m.SetSimulationSpeed: self._set_simulation_speed,
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.GetTrajectories: self._trajectories,
@@ -208,6 +214,7 @@ class Owner:
             self._controllers.goals.observe(self._arm.stack.supervisor)
             self.sample = sample = self._sampler.sample(cycle)
             self._history.add(sample)
+            self._simulation.step(cycle.time)
             self.controllers_sample = (
                 self._controller_sampler.sample(self.sample.cycle, cycle)
                 if self.controllers_wanted
@@ -444,6 +451,12 @@ class Owner:
         self.robot.speed_override = command.share
         text = f"{client.name} set the speed to {command.share:.0%}"
         self._event("speed_override", text, client.name)
+        return m.Done()
+
+    def _set_simulation_speed(
+        self, client: Client, command: m.SetSimulationSpeed, _: int
+    ) -> m.Done:
+        self._simulation.set_speed(command.speed, client.name)
         return m.Done()
 
     def _stop(self, client: Client, *_: object) -> m.Done:

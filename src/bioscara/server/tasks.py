@@ -24,9 +24,8 @@ from bioscara.robot.operations.power import Disable, DisableGripper, Enable, Ena
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.jog_stream import JogStream, velocity_of
+from bioscara.server.simulation import simulate
 from bioscara.server.uploads import Uploads
-from bioscara.sim import FirmwareBus, SimulatedArm
-from bioscara.spelling import did_you_mean
 
 _Limits = dict[str, Any]
 """Arguments that the operations of motions have in common."""
@@ -203,37 +202,3 @@ def _changed(task: m.WorkspaceChange) -> Callable[[Workspace], Workspace]:
         case m.AttachTask():
             return lambda space: space.with_load(task.load)
     return Workspace.without_load
-
-
-_FAULTS: dict[str, Callable[[SimulatedArm, str, float], object]] = {
-    "reset": lambda arm, joint, _: arm.reset(joint),
-    "power": lambda arm, joint, value: arm.set_power(joint, on=bool(value)),
-    "motor_power": lambda arm, _, value: arm.set_motor_power(on=bool(value)),
-    "hang": lambda arm, joint, value: arm.hang(joint, on=bool(value)),
-    "overheat": lambda arm, joint, value: arm.overheat(joint, on=bool(value)),
-    "freeze_encoder": lambda arm, joint, value: arm.freeze_encoder(joint, on=bool(value)),
-    "obstacle": lambda arm, joint, value: arm.add_obstacle(joint, value),
-    "clear_obstacles": lambda arm, joint, _: arm.clear_obstacles(joint),
-    "push": lambda arm, joint, value: arm.push(joint, value),
-}
-
-
-def simulate(arm: Arm, task: m.SimulateFault) -> None:
-    """Let a simulated arm fail.
-
-    Raises:
-        NotSupportedError: It is not simulated in this process.
-        InvalidArgumentError: There is no such fault or joint, or the value is not possible.
-    """
-    bus = arm.session.bus
-    if not isinstance(bus, FirmwareBus):
-        raise NotSupportedError("faults can be simulated on an arm of bioscara serve --bus sim")
-    if task.fault not in _FAULTS:
-        hint = did_you_mean(task.fault, _FAULTS, f"there are {', '.join(_FAULTS)}")
-        raise InvalidArgumentError(f"there is no simulated fault {task.fault!r}; {hint}")
-    names = [axis.name for axis in arm.stack.arm.axes]
-    if task.fault != "motor_power" and task.joint not in names:
-        raise InvalidArgumentError(
-            f"there is no joint {task.joint!r}; there are {', '.join(names)}"
-        )
-    _FAULTS[task.fault](bus.arm, task.joint, task.value)

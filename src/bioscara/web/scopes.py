@@ -26,6 +26,7 @@ _VIEW = frozenset(
         m.GetDescription,
         m.GetWorkspace,
         m.GetHistory,
+        m.GetSimulation,
         m.GetFaults,
         m.GetGoal,
         m.GetTrajectories,

@@ -23,6 +23,12 @@ import { text } from "./texts.js";
 /** A command was given without the lease. */
 export class NoLeaseError extends Error {}
 
+/** Something cannot be done, or ended early, for a reason that the person is told. */
+export class ActionError extends Error {}
+
+/** Errors that are no mistakes of the page. */
+const EXPECTED = [RequestError, ConnectionError, NoLeaseError, MismatchError, ActionError];
+
 /** The page's model and its commands. */
 export class App {
   /**
@@ -107,9 +113,7 @@ export class App {
       await work();
       return true;
     } catch (error) {
-      if (![RequestError, ConnectionError, NoLeaseError, MismatchError].some((kind) => error instanceof kind)) {
-        console.error(error);
-      }
+      if (!EXPECTED.some((kind) => error instanceof kind)) console.error(error);
       this.say(error instanceof Error ? error.message : String(error), "error");
       return false;
     }

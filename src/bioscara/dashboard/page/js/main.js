@@ -16,6 +16,7 @@ import { plotsPanel } from "./panels/plots.js";
 import { runPanel } from "./panels/run.js";
 import { settingsPanel } from "./panels/settings.js";
 import { signIn } from "./session.js";
+import { teachPanel } from "./panels/teach.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
 import { buildView } from "./view/view.js";
@@ -40,6 +41,7 @@ async function begin() {
   buildFaultStrip(app, recovery);
   buildTabs(app, [
     runPanel,
+    teachPanel,
     plotsPanel,
     healthPanel(recovery),
     settingsPanel,
