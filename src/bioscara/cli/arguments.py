@@ -222,6 +222,12 @@ def _add_demo_command(commands: Parser) -> None:
     demo = _add_command(
         commands, "demo", "Home the arm, run the demonstration trajectory, report.", "run"
     )
+    demo.add_argument(
+        "--watch",
+        action="store_true",
+        help="serve the simulated arm, open its page in the browser, move it there in real time, "
+        "and go on until Ctrl-C; needs the packages of bioscara[web]",
+    )
     _add_report(demo)
     _add_motion(demo, owned=False)
 
@@ -730,6 +736,12 @@ def _add_web_command(commands: Parser) -> None:
         type=Path,
         default=_RECORDINGS,
         help="folder of the recordings that browsers may load (default recordings)",
+    )
+    web.add_argument(
+        "--show",
+        metavar="SCOPE",
+        choices=("view", "operate", "admin"),
+        help="print only the address with the token of this scope (default: all three)",
     )
 
 

@@ -17,6 +17,13 @@ from bioscara.server.owner import Owner
 from bioscara.server.serve import ServeSettings, serve
 
 
+def _with_one_address(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the words of a gateway; that for browsers prints one address, that of operators."""
+    if words[0] != "web" or "--show" in words:
+        return words
+    return ("web", "--show", "operate", *words[1:])
+
+
 def run(options: Options) -> int:
     """Own an arm until Ctrl-C or SIGTERM; it is at rest and released then.
 
@@ -34,7 +41,7 @@ def run(options: Options) -> int:
         evidence=options.evidence,
         table=table_file(options),
         group=options.group,
-        gateways=options.gateways,
+        gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,
         speed=options.speed,
     )
