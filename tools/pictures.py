@@ -1,6 +1,8 @@
 """Make the pictures of the documentation: ``python -m tools.pictures``.
 
-Needs the extras ``plot`` and ``view``, and Chromium for the picture of the view.
+Needs the extras ``plot``, ``view`` and ``web``, Playwright, and Chromium for the pictures of pages. All
+pictures of the dashboard, with each tab and state at three sizes, land in ``runs/pictures``;
+``python -m tools.pictures dashboard`` makes these alone.
 """
 
 from __future__ import annotations
@@ -20,8 +22,10 @@ from PIL import Image
 from websockets.sync.client import ClientConnection, connect
 
 from bioscara.cli import main
+from tools.page_pictures import make_page_pictures
 
 IMAGES = Path(__file__).parents[1] / "docs/images"
+PAGES = Path(__file__).parents[1] / "runs/pictures"
 POSE = ("0.45", "-0.2", "0.25", "0")
 SCENE = """\
 version: 1
@@ -118,6 +122,9 @@ def _wait(address: str) -> bytes:
 
 if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
+    make_page_pictures(PAGES, IMAGES)
+    if sys.argv[1:] == ["dashboard"]:
+        raise SystemExit
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         make_plots(Path(name))
         make_view(Path(name))

@@ -41,10 +41,10 @@ export class ExperimentCard {
     this.on = button(text(experiment.switch.off ? "bench.begin" : "bench.do"), () => this.#begin());
     this.off = button(text("bench.end"), () => this.run(experiment, this.joint.value, 0, false), { hidden: experiment.switch.off === null });
     this.did = h("ol", { class: "bench-events", "aria-live": "polite" });
-    this.didTitle = h("h4", { text: text("bench.did"), hidden: true });
+    this.didTitle = h("h3", { text: text("bench.did"), hidden: true });
     const label = value === null ? null : h("label", {}, text(`bench.value_${value}`), this.value, this.unit);
     this.element = h("section", { class: "card column bench-card", "aria-label": text(`bench.${fault}`) },
-      h("h3", { text: text(`bench.${fault}`) }),
+      h("h2", { text: text(`bench.${fault}`) }),
       h("p", {}, h("strong", { text: text("bench.expected") }), ` ${text(`bench.expect_${fault}`)}`),
       h("div", { class: "row" }, this.joint, label, this.on, this.off, copyButton(() => this.#python())),
       this.didTitle, this.did);

@@ -166,8 +166,7 @@ function rowOf(axis, index, settings) {
   /** @param {number} sign @param {string} key */
   const make = (sign, key) => h("button", {
     type: "button", class: "jog-button", "data-axis": index, "data-sign": sign, "aria-keyshortcuts": key,
-    "aria-label": text(sign > 0 ? "jog.plus" : "jog.minus", { name }),
-  }, h("span", { class: "jog-sign", "aria-hidden": "true", text: sign > 0 ? "+" : "−" }), h("kbd", { "aria-hidden": "true", text: keyName(key) }));
+  }, h("span", { class: "hidden-text", text: text(sign > 0 ? "jog.plus" : "jog.minus", { name }) }), h("span", { class: "jog-sign", "aria-hidden": "true", text: sign > 0 ? "+" : "−" }), h("kbd", { "aria-hidden": "true", text: keyName(key) }));
   const row = h("div", { class: "jog-row", "data-mode": settings.mode }, h("span", { class: "jog-name", text: name }), make(-1, axis.minus), value, make(1, axis.plus));
   return { row, value };
 }
