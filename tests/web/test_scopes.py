@@ -11,9 +11,9 @@ from bioscara.web.scopes import Scope, required_scope
 
 VIEW, OPERATE, ADMIN = Scope
 COMMANDS = {
-    VIEW: "subscribe recall get_state get_description get_workspace get_faults get_goal get_lease "
-    "get_statistics get_parameters get_log list_controllers list_flight_records get_flight_record "
-    "get_joints get_trajectories list_goals make_plan stop pause query_controller "
+    VIEW: "subscribe recall get_state get_description get_workspace get_history get_faults "
+    "get_goal get_lease get_statistics get_parameters get_log list_controllers list_flight_records "
+    "get_flight_record get_joints get_trajectories list_goals make_plan stop pause query_controller "
     "get_introspection",
     OPERATE: "start add_points set_jog_velocity end_jog cancel pause_goal resume_goal resume "
     "set_speed_override acquire_lease renew_lease release_lease report",

@@ -1025,6 +1025,20 @@ class GetWorkspace(Query, frozen=True, tag="get_workspace"):
     """Ask for the :class:`WorkspaceState`."""
 
 
+class GetHistory(Query, frozen=True, kw_only=True, tag="get_history"):
+    """Ask for the :class:`History`; the last ten minutes are kept.
+
+    Attributes:
+        begin: First time, on the arm's clock; what is older than the history is left out.
+        end: Last time; null for now.
+        points: Largest number of points, 2 to 5000.
+    """
+
+    begin: float
+    end: float | None = None
+    points: int = 1000
+
+
 class GetFaults(Query, frozen=True, tag="get_faults"):
     """Ask for the :class:`FaultList`."""
 
@@ -1197,6 +1211,7 @@ AnyCommand = (
     | GetState
     | GetDescription
     | GetWorkspace
+    | GetHistory
     | GetFaults
     | GetGoal
     | GetTrajectories
@@ -1358,6 +1373,38 @@ class WorkspaceState(Result, frozen=True, kw_only=True, tag="workspace_state"):
     reduced_speed: bool
     load: Load | None
     widths: tuple[float, float]
+
+
+class History(Result, frozen=True, kw_only=True, tag="history"):
+    """The arm over a time: lists of one value for each point.
+
+    Where there are more cycles than points, each two points have the smallest and the largest value
+    of their cycles, in the order in which they occurred: no peak is lost.
+
+    Attributes:
+        oldest: Time of the oldest cycle that is kept; NaN if there is none.
+        time: Of each point, on the arm's clock; increasing.
+        names: The joints.
+        positions: For each joint a list; likewise the next ones.
+        velocities: As measured.
+        commands: Commanded positions.
+        errors: Commanded minus measured position; NaN while the motors are not energised.
+        loads: Position errors as a share of the stall threshold [%]; NaN where a joint reported
+            none, null if none ever did.
+        late: How much later than due the cycle began.
+        bus_time: Duration of its exchanges.
+    """
+
+    oldest: float
+    time: tuple[float, ...]
+    names: tuple[str, ...]
+    positions: tuple[tuple[float, ...], ...]
+    velocities: tuple[tuple[float, ...], ...]
+    commands: tuple[tuple[float, ...], ...]
+    errors: tuple[tuple[float, ...], ...]
+    loads: tuple[tuple[float, ...], ...] | None
+    late: tuple[float, ...]
+    bus_time: tuple[float, ...]
 
 
 class FaultList(Result, frozen=True, tag="fault_list"):
@@ -1673,6 +1720,8 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
         bus_time: Duration of its exchanges.
         stale: Whether the joints are not read now, as after a loss of the bus: then positions are
             unknown.
+        loads: Position errors as a share of the stall threshold [%]; NaN for a joint that did not
+            report it in this cycle, null if none did, as while setpoints are followed.
     """
 
     cycle: int
@@ -1694,6 +1743,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     late: float
     bus_time: float
     stale: bool = False
+    loads: tuple[float, ...] | None = None
 
 
 AnyResult = (
@@ -1704,6 +1754,7 @@ AnyResult = (
     | LeaseState
     | Description
     | WorkspaceState
+    | History
     | FaultList
     | GoalState
     | GoalList

@@ -49,6 +49,7 @@ _LONG = (
     | m.MakePlan
     | m.SetParameters
     | m.GetFlightRecord
+    | m.GetHistory
     | m.GetJoints
     | m.LoadController
     | m.ConfigureController

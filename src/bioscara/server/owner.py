@@ -36,6 +36,7 @@ from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.events import Events
 from bioscara.server.goals import ClientGoal, Goals
+from bioscara.server.history import StateHistory
 from bioscara.server.jog_stream import JogStream, velocity_of
 from bioscara.server.joint_reports import JointReports
 from bioscara.server.lease import Lease
@@ -148,6 +149,7 @@ class Owner:
             m.GetState: lambda *_: self._sampler.now(self.sample),
             m.GetDescription: self._describe,
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
+            m.GetHistory: self._past,
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.GetTrajectories: self._trajectories,
@@ -168,6 +170,7 @@ class Owner:
         stack = self._arm.stack
         stack.loop.restart()
         self.sample = self._sampler.sample(stack.loop.step())
+        self._history = StateHistory(self.sample.names, stack.loop.rate)
         self._arm.observers = (*self._arm.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
 
@@ -203,7 +206,8 @@ class Owner:
         """Take a sample at the end of a cycle."""
         try:
             self._controllers.goals.observe(self._arm.stack.supervisor)
-            self.sample = self._sampler.sample(cycle)
+            self.sample = sample = self._sampler.sample(cycle)
+            self._history.add(sample)
             self.controllers_sample = (
                 self._controller_sampler.sample(self.sample.cycle, cycle)
                 if self.controllers_wanted
@@ -488,6 +492,13 @@ class Owner:
     def _trajectories(self, _: Client, command: m.GetTrajectories, __: int) -> Later:
         goal = self.goals.get(command.goal)
         return Later(lambda: goal_trajectories(goal), lambda result: result)
+
+    def _past(self, _: Client, command: m.GetHistory, __: int) -> Later:
+        history = self._history
+        return Later(
+            lambda: history.between(command.begin, command.end, command.points),
+            lambda result: result,
+        )
 
     def _report(self, client: Client, command: m.Report, _: int) -> m.Done:
         text = command.text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -11,6 +12,7 @@ from bioscara.api.messages import StateSample
 from bioscara.api.values import QUALITIES
 from bioscara.control.loop.loop import CycleReport
 from bioscara.hardware import LifecycleState
+from bioscara.hardware.axis import Axis
 from bioscara.kinematics.pose import wrapped
 from bioscara.robot.arm import Arm
 
@@ -62,6 +64,7 @@ class Sampler:
             late=max(cycle.timing.late, 0.0),
             bus_time=stack.arm.bus_time,
             stale=states is None,
+            loads=_loads(axes),
         )
 
     def now(self, sample: StateSample) -> StateSample:
@@ -84,3 +87,10 @@ class Sampler:
             "speed_override": arm.speed_override,
             "moving": tuple([each.name for each in arm.operations if each.devices]),
         }
+
+
+def _loads(axes: Sequence[Axis]) -> tuple[float, ...] | None:
+    loads = [axis.sample.load_percent for axis in axes]
+    if loads.count(None) == len(loads):
+        return None
+    return tuple([math.nan if load is None else load for load in loads])

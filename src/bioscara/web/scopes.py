@@ -25,6 +25,7 @@ _VIEW = frozenset(
         m.GetState,
         m.GetDescription,
         m.GetWorkspace,
+        m.GetHistory,
         m.GetFaults,
         m.GetGoal,
         m.GetTrajectories,

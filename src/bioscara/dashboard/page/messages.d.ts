@@ -2,7 +2,7 @@
 
 export type FromClient = ClientHello | ClientRequest | Received;
 
-export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
 export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | SimulateFault;
 
@@ -10,7 +10,7 @@ export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircu
 
 export type FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | Event | GoalCycle;
 
-export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
 
 export interface Accepted {
   kind: "accepted";
@@ -95,7 +95,7 @@ export interface ClientHello {
 export interface ClientRequest {
   kind: "request";
   id: number;
-  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
   epoch?: number | null;
 }
 
@@ -351,6 +351,13 @@ export interface GetGoal {
   goal: number;
 }
 
+export interface GetHistory {
+  kind: "get_history";
+  begin: number;
+  end?: number | null;
+  points?: number;
+}
+
 export interface GetIntrospection {
   kind: "get_introspection";
 }
@@ -490,6 +497,20 @@ export interface HardwareState {
   kind: "hardware_state";
   component: string;
   state: string;
+}
+
+export interface History {
+  kind: "history";
+  oldest: number;
+  time: number[];
+  names: string[];
+  positions: number[][];
+  velocities: number[][];
+  commands: number[][];
+  errors: number[][];
+  loads: number[][] | null;
+  late: number[];
+  bus_time: number[];
 }
 
 export interface HoldSettings {
@@ -820,7 +841,7 @@ export interface RequestFailed {
 export interface Response {
   kind: "response";
   id: number;
-  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
 }
 
 export interface Resume {
@@ -946,6 +967,7 @@ export interface StateSample {
   late: number;
   bus_time: number;
   stale: boolean;
+  loads: number[] | null;
 }
 
 export interface Statistics {

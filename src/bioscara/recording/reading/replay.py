@@ -26,9 +26,12 @@ from bioscara.rosbag.joint_states import ARM
 from bioscara.rosbag.topics import Topic
 from bioscara.server.api_server import ApiServer
 from bioscara.server.client import Client
+from bioscara.server.history import StateHistory
 
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the factor to real time."""
+_USUAL_RATE = 100
+"""Cycles per second of an arm whose recording does not say it [Hz]."""
 _PERIOD = 0.01
 """Time between two steps [s]."""
 _JSON: dict[str, type[Any]] = {
@@ -129,6 +132,10 @@ class ReplayedArm:
         self.sample: m.StateSample
         self.controllers_sample: m.ControllersSample | None = None
         self.controllers_wanted = False
+        rates = [message.rate for _, message in self._said if isinstance(message, m.Description)]
+        self._history = StateHistory(
+            _sample(self._row, None).names, rates[0] if rates else _USUAL_RATE
+        )
         self._advance(self._first)
         if m.Description not in self._latest:
             raise RecordingError(f"{path} does not say which arm it is of")
@@ -149,6 +156,8 @@ class ReplayedArm:
         """
         if isinstance(command, m.GetState):
             return self.sample
+        if isinstance(command, m.GetHistory):
+            return self._history.between(command.begin, command.end, command.points)
         if (nothing := _NOTHING.get(type(command))) is not None:
             return nothing
         answer: m.AnyResult | None = self._latest.get(_ANSWERS.get(type(command), m.Done))
@@ -185,6 +194,7 @@ class ReplayedArm:
         row = None
         while self._row is not None and self._row[TIME] <= due:
             row, self._row = self._row, next(self._rows, None)
+            self._history.add(_sample(row, None))
         self.ended = self._row is None
         while self._next_said < len(self._said):
             moment, message = self._said[self._next_said]
