@@ -1,4 +1,4 @@
-"""STOP of the page stops the arm, in each state of page and connection, and shows what became of it."""
+"""STOP stops the arm in each state of page and connection, and shows what became of it."""
 
 from __future__ import annotations
 
@@ -164,8 +164,9 @@ def test_stop_s2_it_acts_on_the_press_and_before_a_dialog_closes(page: Page, lef
             if (data.includes('"stop"')) order.push("stop");
             return send.call(this, data);
         };
-        new MutationObserver(() => { if (!document.querySelector(".dialog")) order.push("closed"); })
-            .observe(document.body, { childList: true });
+        new MutationObserver(() => {
+            if (!document.querySelector(".dialog")) order.push("closed");
+        }).observe(document.body, { childList: true });
     }""")
     escape(page)
     page.wait_for_function("order.length >= 2")
@@ -200,7 +201,8 @@ def test_stop_s4_it_shows_that_it_was_sent_received_and_that_the_arm_rests(
     page.evaluate("""() => {
         window.words = [];
         const status = document.querySelector(".stop-state");
-        new MutationObserver(() => words.push(status.textContent)).observe(status, { childList: true });
+        const note = () => words.push(status.textContent);
+        new MutationObserver(note).observe(status, { childList: true });
     }""")
     stops(page, left, press)
     words = page.evaluate("words")
@@ -263,7 +265,8 @@ def test_stop_s6_each_state_has_a_word_a_mark_and_its_colour(page: Page, left: S
     colours = page.evaluate("""async () => {
         const { STATES } = await import("/js/header.js");
         const { text } = await import("/js/texts.js");
-        return Object.entries(STATES).map(([name, [mark, colour]]) => [name, mark, colour, text(`state.${name}`), text(`allowed.${name}`)]);
+        return Object.entries(STATES).map(([name, [mark, colour]]) =>
+            [name, mark, colour, text(`state.${name}`), text(`allowed.${name}`)]);
     }""")
     assert len(colours) == 10
     assert all(mark and word and allowed for _, mark, _, word, allowed in colours)

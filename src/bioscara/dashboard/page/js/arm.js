@@ -48,6 +48,8 @@ export class Arm {
     this.epoch = null;
     /** How this page lost the lease: given back, by a break of the connection, or ended by the owner. @type {"" | "given" | "broken" | "ended"} */
     this.loss = "";
+    /** Whether it has been asked for. */
+    this.acquiring = false;
     /** Newest last. @type {Event[]} */
     this.events = [];
     /** By number, oldest first. @type {Map<number, GoalValue>} */
@@ -208,11 +210,16 @@ export class Arm {
    * @param {boolean} [force] Whether to take it from another client.
    */
   async acquire(force = false) {
-    const result = await this.connection.request({ kind: "acquire_lease", time_to_live: 2, force });
-    this.epoch = result.lease.epoch;
-    this.lease = result.lease;
-    this.loss = "";
-    this.#tell("lease");
+    this.acquiring = true;
+    try {
+      const result = await this.connection.request({ kind: "acquire_lease", time_to_live: 2, force });
+      this.epoch = result.lease.epoch;
+      this.lease = result.lease;
+      this.loss = "";
+    } finally {
+      this.acquiring = false;
+      this.#tell("lease");
+    }
   }
 
   /** Give the lease back. */
