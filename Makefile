@@ -50,7 +50,7 @@ $(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
 
 $(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
 	@echo "installing bioscara"
-	@$(PIP) install --quiet -c constraints.txt -e '.[plot]'
+	@$(PIP) install --quiet -c constraints.txt -e '.[plot,web]'
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt
@@ -60,6 +60,7 @@ $(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt
 
 demo: $(VENV)/.demo
 	@$(BIN)/bioscara demo
+	@echo "to see it move in the browser: $(BIN)/bioscara demo --watch"
 
 test: $(VENV)/.dev
 	@status=0; \

@@ -26,7 +26,7 @@ from bioscara.model import ArmParameters
 from bioscara.robot import Robot
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.server.serve import Served, ServeSettings, serving
-from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
+from bioscara.sim import BenchBus, SimulatedArm, SimulatedServo
 from processes import LIMIT, wait_until
 from simulated import ARM, simulated_bus
 
@@ -52,7 +52,7 @@ def own_robot(
     servo = SimulatedServo(jaws.outputs[0])
     gripper = Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width")
     return Robot(
-        FirmwareBus(arm),
+        BenchBus(arm, seed),
         clock,
         parameters,
         "simulated",

@@ -52,7 +52,7 @@ from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
-from bioscara.server.tasks import simulate
+from bioscara.server.simulation import simulate
 from bioscara.sim import SimulatedArm
 from served import HALF, NAME, arm_served, eventually, own_robot
 from simulated import NAMES, simulated_bus

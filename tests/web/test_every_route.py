@@ -11,9 +11,9 @@ import httpx
 import pytest
 from starlette.routing import WebSocketRoute
 
-from bioscara.dashboard.assets import read_assets
 from bioscara.web.browser_sessions import LIFETIME
 from bioscara.web.rate_limit import RateLimits
+from bioscara.web.routes.page import ASSETS
 from bioscara.web.scopes import Scope
 from web.gateways import LIMIT, Site, site
 
@@ -33,7 +33,7 @@ class Expected(NamedTuple):
 
 
 OPEN, VIEWER = Expected(200, 200, 200), Expected(401, 200, 200)
-PAGE = {f"GET {path}": OPEN for path in read_assets()}
+PAGE = {f"GET {path}": OPEN for path in ASSETS}
 ABSENT = Expected(401, 404, 404)
 EXPECTED = {
     "GET /": OPEN,
@@ -187,7 +187,8 @@ def test_every_answer_has_the_headers_that_protect_it(left: Site) -> None:
         assert "frame-ancestors 'none'" in policy
         assert "unsafe" not in policy
         assert answer.headers["x-content-type-options"] == "nosniff"
-        assert answer.headers["cache-control"] == "no-store"
+        kept = answer.request.url.path == "/" and answer.status_code == 200
+        assert answer.headers["cache-control"] == ("no-cache" if kept else "no-store")
         assert answer.headers["cross-origin-resource-policy"] == "same-origin"
         assert "access-control-allow-origin" not in answer.headers
         assert "server" not in answer.headers
@@ -197,7 +198,7 @@ def test_the_page_loads_nothing_that_its_policy_forbids(left: Site) -> None:
     with left.http() as client:
         texts = {
             path: client.get(path).text
-            for path in read_assets()
+            for path in ASSETS
             if path.endswith(("/", ".html", ".js")) and not path.startswith("/vendor/")
         }
     for path, text in texts.items():
@@ -208,7 +209,7 @@ def test_the_page_loads_nothing_that_its_policy_forbids(left: Site) -> None:
         for forbidden in ("://", "data:", "<script>", "onclick=", "style="):
             assert forbidden not in text, path
         for loaded in re.findall(r'(?:src|href)="([^"#]+)"', text):
-            assert f"/{loaded}" in read_assets(), loaded
+            assert f"/{loaded}" in ASSETS, loaded
 
 
 def test_openapi_describes_each_route_and_the_messages(left: Site) -> None:

@@ -15,8 +15,9 @@ from websockets.exceptions import ConnectionClosed
 
 from bioscara.api import framing
 from bioscara.api import messages as m
-from bioscara.web import app, relay
+from bioscara.web import relay
 from bioscara.web.gateway import Gateway, GatewaySettings
+from bioscara.web.routes import websocket
 from bioscara.web.scopes import Scope
 from processes import wait_until
 from web.gateways import Site, WebClientOfTest, arm, running_gateway, site
@@ -59,7 +60,7 @@ def test_an_operator_commands_and_does_not_administer(left: Site) -> None:
             ("acquire_lease", {"force": True}),
             ("set_parameters", {"overlay": "", "revision": 1}),
             ("set_hardware_state", {"component": "a", "state": "b"}),
-            ("start", {"task": {"kind": "simulate_fault", "fault": "power"}}),
+            ("set_simulation_speed", {"speed": 2.0}),
             ("switch_controllers", {}),
         ):
             refused = operator.request(kind, epoch, **fields)
@@ -256,8 +257,8 @@ def test_signing_out_and_expiry_end_the_connections_of_a_browser(own: Site) -> N
 def test_there_is_a_largest_number_of_connections(
     own: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(app, "WEBSOCKETS", 2)
-    monkeypatch.setattr(app, "VIEWERS", 1)
+    monkeypatch.setattr(websocket, "WEBSOCKETS", 2)
+    monkeypatch.setattr(websocket, "VIEWERS", 1)
     with own.client(Scope.VIEW):
         with own.websocket(own.bearer(Scope.VIEW)) as viewer:
             assert WebClientOfTest(viewer).closed()[0] == 1013

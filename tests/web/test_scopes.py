@@ -12,15 +12,17 @@ from bioscara.web.scopes import Scope, required_scope
 VIEW, OPERATE, ADMIN = Scope
 COMMANDS = {
     VIEW: "subscribe recall get_state get_description get_workspace get_history get_faults "
-    "get_goal get_lease get_statistics get_parameters get_log list_controllers list_flight_records "
-    "get_flight_record get_joints get_trajectories list_goals make_plan stop pause query_controller "
+    "get_simulation get_goal get_lease get_statistics get_parameters get_log "
+    "list_controllers list_flight_records get_flight_record get_joints "
+    "get_trajectories list_goals make_plan stop pause query_controller "
     "get_introspection",
     OPERATE: "start add_points set_jog_velocity end_jog cancel pause_goal resume_goal resume "
-    "set_speed_override acquire_lease renew_lease release_lease report",
-    ADMIN: "set_parameters load_controller configure_controller cleanup_controller "
-    "unload_controller switch_controllers set_hardware_state add_goal_points follow_goal "
-    "stream_trajectory send_gripper_goal trigger_homing command_controller cancel_controller_goal "
-    "set_controller_scaling set_controller_gains",
+    "set_speed_override set_simulation_speed acquire_lease renew_lease release_lease report",
+    ADMIN: "set_parameters load_controller configure_controller "
+    "cleanup_controller unload_controller switch_controllers set_hardware_state "
+    "add_goal_points follow_goal stream_trajectory send_gripper_goal trigger_homing "
+    "command_controller cancel_controller_goal set_controller_scaling "
+    "set_controller_gains",
 }
 TASKS = {
     OPERATE: "move_joints move_to move_linear move_relative move_circular move_named move_sequence "

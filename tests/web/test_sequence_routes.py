@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 
-from bioscara import Robot
+from bioscara import Frame, Joints, NamedPose, Pose, Robot, TeachTable, load_parameters
+from bioscara.api import messages as m
+from bioscara.dashboard.sequences import task_of
+from bioscara.robot.sequences.calls import calls
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
 from bioscara.robot.sequences.steps import StepSequence, sequence_of
+from bioscara.robot.workspace.workspace import Workspace
 from bioscara.web.scopes import Scope
+from robot.sequences.samples import EACH_KIND
 from served import HALF
 from web.gateways import Site
 
@@ -52,6 +58,8 @@ def test_a_sequence_is_planned_from_where_the_arm_is(left: Site) -> None:
         planned = client.post("/api/sequences/plan", json=sequence(TO)).json()
         assert [each["label"] for each in planned["verdicts"]] == ["1 move_linear", "2 wait"]
         assert planned["verdicts"][1]["duration"] == 0.5
+        assert planned["verdicts"][0]["task"]["kind"] == "move_linear"
+        assert planned["verdicts"][1]["task"] is None
         assert planned["duration"] == pytest.approx(planned["verdicts"][0]["duration"] + 0.5)
         positions = client.get("/api/state").json()["positions"]
         assert planned["trajectory"]["positions"][0] == pytest.approx(positions, abs=1e-3)
@@ -59,3 +67,29 @@ def test_a_sequence_is_planned_from_where_the_arm_is(left: Site) -> None:
         assert planned["verdicts"][1]["duration"] is None
         assert planned["verdicts"][1]["failure"]["error"] == "UnreachableError"
         assert planned["verdicts"][1]["failure"]["text"].startswith("step 2: (2, 0.1, 0.25) m")
+        last = client.post("/api/sequences/plan?first=2", json=sequence(TO, FAR)).json()
+        assert [each["label"] for each in last["verdicts"]] == ["3 wait"]
+        one = client.post("/api/sequences/plan?first=0&last=1", json=sequence(TO, FAR)).json()
+        assert [each["label"] for each in one["verdicts"]] == ["1 move_linear"]
+
+
+def test_each_call_has_its_task() -> None:
+    space = Workspace.of(load_parameters())
+    with_names = space.with_table(
+        TeachTable(
+            space.tool,
+            (),
+            (
+                NamedPose("gate", Joints(0.0, 0.2, 1.2, -0.6)),
+                NamedPose("between", None, Pose(0.55, 0.15, 0.2)),
+                NamedPose("gate2", None, Pose(0.5, 0.1, 0.2, 0.6)),
+            ),
+            (Frame("bench", Pose(0.3, 0.0, 0.2)),),
+        )
+    )
+    tasks = [task_of(call) for call in calls(EACH_KIND, with_names)]
+    assert tasks.count(None) == 1
+    # Each is one that an owner understands.
+    for task in filter(None, tasks):
+        sent = m.ClientRequest(id=1, command=m.Start(task=task))
+        assert msgspec.json.decode(msgspec.json.encode(sent), type=m.FromClient) == sent

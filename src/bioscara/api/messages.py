@@ -522,11 +522,17 @@ class SetScene(WorkspaceChange, frozen=True, kw_only=True, tag="set_scene"):
 class SetTable(WorkspaceChange, frozen=True, kw_only=True, tag="set_table"):
     """Replace the tools, poses and frames that have names.
 
+    They are saved in the owner's file, and nothing changes if that cannot be written. Where another
+    program has changed the file meanwhile, the arm has its poses from then on, and the goal fails
+    with a ConflictError.
+
     Attributes:
         table: The new one.
+        save: Whether it is saved; else it applies until the owner ends or another one is saved.
     """
 
     table: TeachTable
+    save: bool = True
 
 
 class SetTool(WorkspaceChange, frozen=True, kw_only=True, tag="set_tool"):
@@ -567,10 +573,15 @@ class SimulateFault(Task, frozen=True, tag="simulate_fault"):
     """Let a simulated arm fail; refused on a real one.
 
     Attributes:
-        fault: ``reset``, ``power``, ``motor_power``, ``hang``, ``overheat``, ``freeze_encoder``,
-            ``obstacle``, ``clear_obstacles`` or ``push``.
-        joint: The joint; not used by ``motor_power``.
-        value: Whether it is on, 1 or 0; the position of an obstacle; the force of a push.
+        fault: Of a joint ``reset``, ``power``, ``hang``, ``overheat``, ``freeze_encoder``,
+            ``obstacle``, ``clear_obstacles`` or ``push``; of the arm ``motor_power``,
+            ``brown_out``, ``bus_flips``, ``bus_loss`` or ``bus_stuck``; or ``clear``, which ends
+            all that last.
+        joint: The joint; not used by those of the arm.
+        value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
+            Position of an obstacle; force or torque of a push; time without motor supply of a
+            brown-out, 0.01 to 10 s; share of flipped bits, 0 to 0.01; share of lost exchanges,
+            0 to 1.
     """
 
     fault: str
@@ -742,6 +753,18 @@ class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
 
 class StopAll(Command, frozen=True, tag="stop"):
     """Stop all motion on its path; needs no lease, and revokes that of another client."""
+
+
+class SetSimulationSpeed(Command, frozen=True, tag="set_simulation_speed"):
+    """Let the time of a simulated arm pass faster or slower; refused on a real one.
+
+    Attributes:
+        speed: Simulated time in a second of real time, 0.1 to 20.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    speed: float
 
 
 class MakePlan(Query, frozen=True, tag="make_plan"):
@@ -1039,6 +1062,10 @@ class GetHistory(Query, frozen=True, kw_only=True, tag="get_history"):
     points: int = 1000
 
 
+class GetSimulation(Query, frozen=True, tag="get_simulation"):
+    """Ask for the :class:`SimulationState`."""
+
+
 class GetFaults(Query, frozen=True, tag="get_faults"):
     """Ask for the :class:`FaultList`."""
 
@@ -1187,6 +1214,7 @@ AnyCommand = (
     | Resume
     | SetSpeedOverride
     | StopAll
+    | SetSimulationSpeed
     | MakePlan
     | LoadController
     | ConfigureController
@@ -1212,6 +1240,7 @@ AnyCommand = (
     | GetDescription
     | GetWorkspace
     | GetHistory
+    | GetSimulation
     | GetFaults
     | GetGoal
     | GetTrajectories
@@ -1373,6 +1402,36 @@ class WorkspaceState(Result, frozen=True, kw_only=True, tag="workspace_state"):
     reduced_speed: bool
     load: Load | None
     widths: tuple[float, float]
+
+
+class SimulatedFaultValue(Value, frozen=True):
+    """A simulated fault that lasts.
+
+    Attributes:
+        fault: Its kind, as of :class:`SimulateFault`.
+        joint: The joint; empty if it concerns the whole arm.
+        value: As it was given.
+        since: When it began, on the arm's clock.
+    """
+
+    fault: str
+    joint: str
+    value: float
+    since: float
+
+
+class SimulationState(Result, frozen=True, kw_only=True, tag="simulation"):
+    """What is simulated now.
+
+    Attributes:
+        available: Whether faults and speed can be chosen: the owner itself simulates the arm.
+        speed: Simulated time in a second of real time; NaN unless it can be chosen.
+        faults: The simulated faults that last, oldest first.
+    """
+
+    available: bool
+    speed: float
+    faults: tuple[SimulatedFaultValue, ...]
 
 
 class History(Result, frozen=True, kw_only=True, tag="history"):
@@ -1755,6 +1814,7 @@ AnyResult = (
     | Description
     | WorkspaceState
     | History
+    | SimulationState
     | FaultList
     | GoalState
     | GoalList
@@ -1832,8 +1892,8 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
         wall: When, in seconds since 1970.
         what: ``goal_accepted``, ``goal_ended``, ``fault``, ``faults_cleared``, ``warning``,
             ``lease``, ``stop``, ``pause``, ``resume``, ``workspace``, ``parameters``,
-            ``controllers``, ``gateway``, ``client``, ``speed_override``, ``report`` or ``owner``;
-            or ``gap`` for events that are not kept any more, in number up to its own.
+            ``controllers``, ``gateway``, ``client``, ``speed_override``, ``simulation``, ``report``
+            or ``owner``; or ``gap`` for events that are not kept any more, in number up to its own.
         text: A sentence for people.
         client: The client that caused it; empty if none did.
         goal: The goal that it concerns, as it is then; else null.

@@ -1,7 +1,7 @@
 """Fault injection: a bus that forwards transactions to another one and corrupts some of them.
 
 The terms are PX4's: *off* (``off``, ``unavailable``), *stuck* (``stuck``), *garbage*
-(``garbage``, ``flip``, ``truncate``), *wrong* (``swap``), *slow* (``slow``), *delayed*
+(``garbage``, ``flip``, ``noise``, ``truncate``), *wrong* (``swap``), *slow* (``slow``), *delayed*
 (``delay``, ``repeat``, ``replay``), and *intermittent*: any of them with a
 :class:`~bioscara.bus.injection.When`. ``lose`` drops frames in one direction.
 """
@@ -148,6 +148,31 @@ class FaultyBus(Bus):
 
         return self._inject(effect, when)
 
+    def noise(self, rate: float, when: When = ALWAYS) -> Injection:
+        """Inject bit errors in both directions, each bit on its own; as :meth:`flip`.
+
+        Args:
+            rate: Share of the bits that change, 0 to 1.
+            when: Transactions that it hits.
+
+        Raises:
+            LimitError: The rate is outside its range.
+        """
+        if not 0.0 <= rate <= 1.0:
+            raise LimitError("rate of flipped bits", rate, 0.0, 1.0, "")
+
+        def effect(transaction: Transaction, onward: Carry) -> Result:
+            out = self._errors(rate, 7 + 8 * len(transaction.write))
+            result = (
+                self._misdirected(transaction, onward, out, None) if out else onward(transaction)
+            )
+            if not isinstance(result, bytes):
+                return result
+            back = self._errors(rate, 8 * len(result))
+            return self._flipped(result, back, None) if back else result
+
+        return self._inject(effect, when)
+
     def garbage(self, when: When = ALWAYS) -> Injection:
         """Inject: the joint acts, but its answer is noise of the right length."""
 
@@ -263,6 +288,10 @@ class FaultyBus(Bus):
     def _deliver(self, transaction: Transaction) -> Result:
         self._history.append(transaction)
         return self._bus.transfer([transaction])[0]
+
+    def _errors(self, rate: float, bits: int) -> int:
+        """Return how many of some bits change."""
+        return sum(self._chance.random() < rate for _ in range(bits))
 
     def _misdirected(
         self, transaction: Transaction, onward: Carry, bits: int, bit: int | None

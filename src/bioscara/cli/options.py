@@ -84,6 +84,8 @@ class Options(argparse.Namespace):
         tls_key: The key of the certificate.
         tls_self_signed: Whether it makes a certificate.
         token_file: File of its tokens; None for the one beside the owner's socket.
+        show: Scope whose address alone the web gateway prints; None for all.
+        watch: Whether to show the demonstration in the browser.
         recordings: Folder of the recordings that browsers may load.
         ros_arguments: Arguments of ROS, from ``--ros-args`` on; empty if there are none.
     """
@@ -150,6 +152,8 @@ class Options(argparse.Namespace):
     tls_key: Path | None
     tls_self_signed: bool
     token_file: Path | None
+    show: str | None
+    watch: bool
     recordings: Path
     ros_arguments: list[str]
 

@@ -117,6 +117,6 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
 def _rows(verdicts: list[Verdict]) -> Iterator[tuple[str, str]]:
     yield "step", "duration"
     for verdict in verdicts:
-        yield verdict.label, "refused" if verdict.error else f"{verdict.duration:.2f} s"
+        yield verdict.call.label, "refused" if verdict.error else f"{verdict.duration:.2f} s"
     if verdicts[-1].error is None:
         yield "total", f"{sum(verdict.duration for verdict in verdicts):.2f} s"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import gzip
 import hashlib
+import posixpath
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -15,6 +18,10 @@ _TYPES = {
     ".svg": "image/svg+xml",
 }
 """Media types by the end of the name; files with other ends are not served."""
+_VERSION = b'data-assets=""'
+"""What a page has in place of the version of its files."""
+_SCRIPT = re.compile(rb'<script type="module" src="([^"]+)"></script>')
+_IMPORT = re.compile(rb"""^(?:import|export|\}) (?:[^"]* from )?"(\.[^"]+)";$""", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,37 +33,83 @@ class Asset:
         media_type: Its media type.
         content: Its content.
         compressed: The same, compressed by gzip.
+        tag: Changes with the content, for ``ETag``.
     """
 
     path: str
     media_type: str
     content: bytes
     compressed: bytes
+    tag: str
 
 
-def read_assets() -> dict[str, Asset]:
-    """Return the files of the page by the paths at which they are served."""
-    found = {asset.path: asset for asset in _below(files("bioscara.dashboard") / "page", "/")}
-    found["/"] = found.pop("/index.html")
-    return found
+def read_assets() -> tuple[str, dict[str, Asset]]:
+    """Return the version of the files of the page, and the files by the paths that serve them.
+
+    Each document has the version of all files in it, and names the modules that its script
+    imports, so that the browser asks for all of them at once.
+    """
+    contents = dict(_below(files("bioscara.dashboard") / "page", "/"))
+    version = version_of(contents)
+    named = f'data-assets="{version}"'.encode()
+    assets = {}
+    for path, content in contents.items():
+        served = path
+        if path.endswith(".html"):
+            served = "/" if path == "/index.html" else path
+            content = _preloading(content.replace(_VERSION, named), contents)  # noqa: PLW2901
+        assets[served] = _asset(served, path, content)
+    return version, assets
 
 
-def version_of(assets: dict[str, Asset]) -> str:
-    """Return a short hash of all files: a page of another one is out of date."""
+def version_of(contents: Mapping[str, bytes]) -> str:
+    """Return a short hash of all files, by their paths: a page of another one is out of date."""
     digest = hashlib.sha256()
-    for path in sorted(assets):
-        digest.update(path.encode() + b"\0" + assets[path].content)
+    for path in sorted(contents):
+        digest.update(path.encode() + b"\0" + contents[path] + b"\0")
     return digest.hexdigest()[:16]
 
 
-def _below(folder: Traversable, path: str) -> list[Asset]:
-    found = []
+def _asset(served: str, path: str, content: bytes) -> Asset:
+    media_type = _TYPES[_end_of(path)]
+    tag = hashlib.sha256(content).hexdigest()[:16]
+    return Asset(served, media_type, content, gzip.compress(content, 9, mtime=0), tag)
+
+
+def _preloading(document: bytes, contents: Mapping[str, bytes]) -> bytes:
+    """Return a document that names the modules which its script imports, before the script."""
+
+    def named(script: re.Match[bytes]) -> bytes:
+        begin = "/" + script[1].decode()
+        links = [
+            b'<link rel="modulepreload" href="%s">\n' % path.removeprefix("/").encode()
+            for path in _imported(begin, contents)
+            if path != begin
+        ]
+        return b"".join(links) + script[0]
+
+    return _SCRIPT.sub(named, document)
+
+
+def _imported(begin: str, contents: Mapping[str, bytes]) -> list[str]:
+    """Return a module with all that it imports, those of the first step first."""
+    found = [begin]
+    for path in found:
+        for name in _IMPORT.findall(contents.get(path, b"")):
+            there = posixpath.normpath(posixpath.join(posixpath.dirname(path), name.decode()))
+            if there in contents and there not in found:
+                found.append(there)
+    return found
+
+
+def _below(folder: Traversable, path: str) -> Iterator[tuple[str, bytes]]:
+    """Yield the files that are served, with their contents."""
     for each in sorted(folder.iterdir(), key=lambda each: each.name):
         if each.is_dir():
-            found += _below(each, f"{path}{each.name}/")
-        elif media_type := _TYPES.get(f".{each.name.rpartition('.')[2]}"):
-            content = each.read_bytes()
-            if not each.name.endswith(".d.ts"):
-                compressed = gzip.compress(content, 9, mtime=0)
-                found.append(Asset(f"{path}{each.name}", media_type, content, compressed))
-    return found
+            yield from _below(each, f"{path}{each.name}/")
+        elif _end_of(each.name) in _TYPES:
+            yield f"{path}{each.name}", each.read_bytes()
+
+
+def _end_of(name: str) -> str:
+    return posixpath.splitext(name)[1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import msgspec
 
@@ -14,6 +14,7 @@ from bioscara.kinematics import Joints
 from bioscara.model import ArmParameters
 from bioscara.model.yaml_file import SIZE_MAX
 from bioscara.printing import printable
+from bioscara.robot.sequences.calls import Call
 from bioscara.robot.sequences.dry_run import Verdict, dry_run, joined
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
@@ -46,6 +47,7 @@ class StepVerdict(msgspec.Struct, frozen=True):
         duration: How long they take [s]; null if they are refused.
         notes: Notes on the plan.
         failure: Why they are refused, or null.
+        task: The task of an owner that carries them out; null for a wait, or if they are refused.
     """
 
     first: int
@@ -54,6 +56,7 @@ class StepVerdict(msgspec.Struct, frozen=True):
     duration: float | None
     notes: tuple[str, ...]
     failure: m.FailureValue | None
+    task: m.AnyTask | None
 
 
 class DryRun(msgspec.Struct, frozen=True):
@@ -104,6 +107,8 @@ def dry_run_of(
     parameters: ArmParameters,
     workspace: m.WorkspaceState,
     joints: Sequence[float | None],
+    first: int = 0,
+    last: int | None = None,
 ) -> DryRun:
     """Plan a sequence from where the arm is; nothing moves.
 
@@ -112,6 +117,8 @@ def dry_run_of(
         parameters: Parameters of the arm.
         workspace: Its tool, scene and load.
         joints: j1 to j4 [rad, m, rad, rad]; None where a position is unknown.
+        first: Index of the step to begin with.
+        last: Index of the step to end before; None for all.
 
     Raises:
         ConfigurationError: It is no sequence; the message names the step.
@@ -123,7 +130,7 @@ def dry_run_of(
     if len(known) != len(parameters.joints):
         raise NotHomedError("the steps cannot be planned: the arm is not homed; home() it")
     space: Workspace = workspace_of(parameters, workspace)
-    verdicts = [*dry_run(sequence, space, Joints(*known))]
+    verdicts = [*dry_run(sequence, space, Joints(*known), first=first, last=last)]
     whole = joined(verdicts)
     return DryRun(
         tuple(map(_verdict, verdicts)),
@@ -133,15 +140,38 @@ def dry_run_of(
 
 
 def _verdict(verdict: Verdict) -> StepVerdict:
-    refused = verdict.error is not None
+    call, refused = verdict.call, verdict.error is not None
     return StepVerdict(
-        verdict.first,
-        verdict.number,
-        verdict.label,
+        call.first,
+        len(call.steps),
+        call.label,
         None if refused else verdict.duration,
         verdict.notes,
         None if verdict.error is None else failure_of(verdict.error),
+        None if refused else task_of(call),
     )
+
+
+_MOTIONS: dict[str, Callable[..., m.AnyTask]] = {
+    "move_joints": lambda goal, **share: m.MoveJoints(goal=goal, **share),
+    "move_named": lambda name, **share: m.MoveNamed(name=name, **share),
+    "move_to": lambda pose, **share: m.MoveTo(pose=pose, **share),
+    "move_linear": lambda pose, **share: m.MoveLinear(pose=pose, **share),
+    "move_circular": lambda via, pose, **share: m.MoveCircular(via=via, pose=pose, **share),
+    "move_sequence": lambda waypoints: m.MoveSequence(waypoints=tuple(waypoints)),
+    "gripper.move": m.MoveGripperTask,
+    "gripper.open": m.OpenGripperTask,
+    "gripper.close": m.CloseGripperTask,
+    "gripper.grasp": m.GraspTask,
+    "gripper.release": m.ReleaseLoad,
+}
+
+
+def task_of(call: Call) -> m.AnyTask | None:
+    """Return the task of an owner that does the same as a call of a robot; None for a wait."""
+    if call.method == "sleep":
+        return None
+    return _MOTIONS[call.method](*call.arguments, **call.keywords)
 
 
 def _decoded(data: bytes) -> StepSequence:

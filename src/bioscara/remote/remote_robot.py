@@ -309,6 +309,47 @@ class RemoteRobot:
         """Return the faults with the stage of their handling, and the warnings."""
         return self._ask(m.GetFaults(), m.FaultList)
 
+    def joint_reports(self) -> m.JointList:
+        """Return identity, mode and counters of each joint.
+
+        The counters are read from the joints while nothing moves, at most every 2 s; otherwise they
+        are those that were read last.
+        """
+        return self._ask(m.GetJoints(), m.JointList)
+
+    def overlay(self) -> m.ParametersState:
+        """Return the file with the values in which this arm differs, and its revision."""
+        return self._ask(m.GetParameters(), m.ParametersState)
+
+    def set_overlay(self, text: str, revision: int) -> m.ParametersState:
+        """Replace that file; its values apply from the next start of the owner.
+
+        Args:
+            text: Its new content, in YAML.
+            revision: Number of the one that it replaces, from :meth:`overlay`.
+
+        Raises:
+            ConfigurationError: The owner has no such file, or the values cannot be used.
+            ConflictError: Another client has replaced it since.
+        """
+        command = m.SetParameters(overlay=text, revision=revision)
+        return self._command_for(command, m.ParametersState)
+
+    def simulate_fault(self, fault: str, joint: str = "", value: float = 1.0) -> None:
+        """Let a simulated arm fail.
+
+        Args:
+            fault: What fails; docs/api.md has the names, at ``simulate_fault``.
+            joint: The joint; empty for faults of the whole arm.
+            value: Whether it is on, 1 or 0; the position of an obstacle [rad or m]; the torque
+                [N m] or, on ``j2``, the force [N] of a push.
+
+        Raises:
+            NotSupportedError: The arm is real.
+            InvalidArgumentError: There is no such fault or joint, or the value is not possible.
+        """
+        self._do(m.SimulateFault(fault, joint, value))
+
     @property
     def workspace(self) -> Workspace:
         """Tool, scene, load and speed limit, as the owner has them now."""
@@ -358,9 +399,24 @@ class RemoteRobot:
 
     @table.setter
     def table(self, table: TeachTable) -> None:
+        self._set_table(table, save=True)
+
+    def borrow_table(self, table: TeachTable) -> None:
+        """Use another table until the owner ends or ``table`` is set; the owner's file stays.
+
+        Args:
+            table: The table.
+
+        Raises:
+            InvalidArgumentError: It is no table.
+            BusyError: The arm moves.
+        """
+        self._set_table(table, save=False)
+
+    def _set_table(self, table: TeachTable, *, save: bool) -> None:
         if not isinstance(table, TeachTable):
             raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
-        self._do(m.SetTable(table=table))
+        self._do(m.SetTable(table=table, save=save))
 
     @property
     def tool(self) -> Tool:

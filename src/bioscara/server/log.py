@@ -77,13 +77,15 @@ kept = KeptLines()
 """The lines of this process."""
 
 
-def set_up(*, as_json: bool) -> None:
+def set_up(*, as_json: bool, least: int = logging.INFO) -> None:
     """Let all loggers of this process write to the standard error stream.
 
     Args:
         as_json: Whether to write JSON.
+        least: Least level that is written; all from ``INFO`` on are kept.
     """
     handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(least)
     journal = "JOURNAL_STREAM" in os.environ
     handler.setFormatter(_Json() if as_json else _Lines(journal=journal))
     root = logging.getLogger()

@@ -51,6 +51,8 @@ from bioscara.server.queries import (
     workspace_state,
 )
 from bioscara.server.sampling import Sampler
+from bioscara.server.simulation import Simulation
+from bioscara.server.table_file import TableFile
 from bioscara.server.tasks import Tasks, make_plan
 from bioscara.server.uploads import Uploads
 from bioscara.version import __version__
@@ -75,6 +77,7 @@ class Owner:
         simulated: Whether the arm is simulated.
         overlay: The file with the values in which this arm differs; None if there is none.
         evidence: Folder of the flight records.
+        table: The file with the poses; None if they are not kept.
         clock: Returns the time [s].
 
     Attributes:
@@ -87,6 +90,9 @@ class Owner:
         controllers_sample: The controllers at the end of the last cycle, if that was wanted.
         controllers_wanted: Whether a client has subscribed to that.
         changed: Called with True when there is a new sample, with False when there is a new event.
+
+    Raises:
+        ConfigurationError: The file with the poses cannot be read.
     """
 
     def __init__(
@@ -98,6 +104,7 @@ class Owner:
         simulated: bool,
         overlay: Path | None,
         evidence: Path,
+        table: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.robot, self.name, self._arm, self._post = robot, name, robot.arm, post
@@ -110,15 +117,26 @@ class Owner:
         self._plans: OrderedDict[int, Plan] = OrderedDict()
         self._last_plan = 0
         self._uploads = Uploads()
+        table_file = TableFile(table, robot.table.fingers)
+        if (taught := table_file.read()) is not None:
+            robot.table = taught
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
         self._tasks = Tasks(
-            self._arm, self._plans, self._uploads, self._current_revision, self._conflict
+            self._arm,
+            self._plans,
+            self._uploads,
+            self._current_revision,
+            self._conflict,
+            table_file,
         )
         self._stops = 0
         self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
+        self._simulation = Simulation(
+            self._arm, lambda text: post(lambda: self._event("simulation", text))
+        )
         self._controllers = ClientControllers(self._arm, self)
         self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
         self.controllers_sample: m.ControllersSample | None = None
@@ -150,6 +168,8 @@ class Owner:
             m.GetDescription: self._describe,
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
             m.GetHistory: self._past,
+            m.GetSimulation: lambda *_: self._simulation.state(),
+            m.SetSimulationSpeed: self._set_simulation_speed,
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.GetTrajectories: self._trajectories,
@@ -208,6 +228,7 @@ class Owner:
             self._controllers.goals.observe(self._arm.stack.supervisor)
             self.sample = sample = self._sampler.sample(cycle)
             self._history.add(sample)
+            self._simulation.step(cycle.time)
             self.controllers_sample = (
                 self._controller_sampler.sample(self.sample.cycle, cycle)
                 if self.controllers_wanted
@@ -444,6 +465,12 @@ class Owner:
         self.robot.speed_override = command.share
         text = f"{client.name} set the speed to {command.share:.0%}"
         self._event("speed_override", text, client.name)
+        return m.Done()
+
+    def _set_simulation_speed(
+        self, client: Client, command: m.SetSimulationSpeed, _: int
+    ) -> m.Done:
+        self._simulation.set_speed(command.speed, client.name)
         return m.Done()
 
     def _stop(self, client: Client, *_: object) -> m.Done:

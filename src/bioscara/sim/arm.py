@@ -56,6 +56,10 @@ class SimulatedArm:
         positions: Initial positions of joints, by name; the others start somewhere within their
             range.
 
+    Attributes:
+        clock: Its time.
+        originals: Names of the joints that run the original firmware.
+
     Raises:
         InvalidArgumentError: An unknown joint or frequency.
         BioscaraError: The compiled firmware is not installed.
@@ -71,6 +75,7 @@ class SimulatedArm:
         positions: Mapping[str, float] | None = None,
     ) -> None:
         seed, originals = whole("seed", seed), _originals(v1)
+        self.originals = originals
         ours = _OURS_V1_FRAMES if flag("v1_frames", v1_frames) else _OURS
         frequency = None if frequency is None else number("bus frequency", frequency)
         if frequency is not None and frequency not in OVERHEAD:

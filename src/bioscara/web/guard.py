@@ -29,7 +29,8 @@ REQUESTS = 50
 which other requests cannot use up."""
 FILES = 1000
 """Files of the page that it may load in a second: a page has about a hundred, held in memory."""
-STOP = "/api/stop"
+STOP = re.compile(r"/api/stop|/api/arms/(?:[^/]+/)?stop")
+"""Paths that stop an arm."""
 SIGN_INS, SIGN_IN_PERIOD = 5, 10.0
 """Number of tokens that an address may try in a time [s]."""
 TOO_MANY_SIGN_INS = f"more than {SIGN_INS} tokens were tried in {SIGN_IN_PERIOD:g} s; wait"
@@ -44,7 +45,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
-"""Headers of every answer."""
+"""Headers of every answer; files of the page may be kept, and say so."""
 _SAFE = frozenset({"GET", "HEAD"})
 _BEARER = re.compile(r"Bearer ([!-~]{1,256})", re.IGNORECASE)
 
@@ -155,7 +156,7 @@ class Guard:
     def _limits(self, path: str) -> RateLimits:
         if path in self._files:
             return self._loads
-        return self._stops if path == STOP else self._requests
+        return self._stops if STOP.fullmatch(path) else self._requests
 
     def _credential(self, headers: _Headers, address: str) -> Credential | None:
         given = headers.all("authorization")
@@ -215,7 +216,7 @@ def _with_headers(send: Send) -> Send:
         }:
             headers = MutableHeaders(scope=message)
             for name, value in HEADERS.items():
-                headers[name] = value
+                headers.setdefault(name, value)
         await send(message)
 
     return sending

@@ -26,6 +26,7 @@ _VIEW = frozenset(
         m.GetDescription,
         m.GetWorkspace,
         m.GetHistory,
+        m.GetSimulation,
         m.GetFaults,
         m.GetGoal,
         m.GetTrajectories,
@@ -56,6 +57,8 @@ _OPERATE = frozenset(
         m.ResumeGoal,
         m.Resume,
         m.SetSpeedOverride,
+        # As simulated faults below.
+        m.SetSimulationSpeed,
         m.AcquireLease,
         m.RenewLease,
         m.ReleaseLease,

@@ -22,7 +22,7 @@ from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.robot import kinematics_of
 from bioscara.rosbag.topics import Topic
-from bioscara.server.tasks import simulate
+from bioscara.server.simulation import simulate
 from full_disk import full_after
 from processes import wait_until
 from recording.conftest import Made

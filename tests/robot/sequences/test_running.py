@@ -42,8 +42,8 @@ def space(table: Path) -> Workspace:
 def test_a_dry_run_has_a_verdict_on_each_step_and_its_duration(space: Workspace) -> None:
     verdicts = [*dry_run(EACH_KIND, space, START)]
     assert [verdict.error for verdict in verdicts] == [None] * len(verdicts)
-    assert sum(verdict.number for verdict in verdicts) == len(EACH_KIND.steps)
-    assert verdicts[2].label == "3-5 move_linear, move_circular"
+    assert sum(len(verdict.call.steps) for verdict in verdicts) == len(EACH_KIND.steps)
+    assert verdicts[2].call.label == "3-5 move_linear, move_circular"
     whole = joined(verdicts)
     assert whole is not None
     last = next(each.duration for each in reversed(verdicts) if each.trajectory is not None)

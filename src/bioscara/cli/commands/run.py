@@ -79,6 +79,11 @@ def run(options: Options) -> int:
                 Scene(),
                 full_speed=options.full_speed,
             )
+        if options.watch:
+            # Imported here: without the page, nothing of it is needed.
+            from bioscara.cli.watch import watch  # noqa: PLC0415
+
+            return watch(lambda: run_job(job, parameters, options), parameters, options)
     else:
         job = prepare(
             options.file,

@@ -9,11 +9,19 @@ from bioscara.api.runtime import OwnerClaim
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parameters import parameters_from
+from bioscara.cli.teach_table import table_file
 from bioscara.errors import InvalidArgumentError
 from bioscara.robot import Robot
 from bioscara.server import log
 from bioscara.server.owner import Owner
 from bioscara.server.serve import ServeSettings, serve
+
+
+def _with_one_address(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the words of a gateway; that for browsers prints one address, that of operators."""
+    if words[0] != "web" or "--show" in words:
+        return words
+    return ("web", "--show", "operate", *words[1:])
 
 
 def run(options: Options) -> int:
@@ -31,8 +39,9 @@ def run(options: Options) -> int:
         bus=options.bus,
         overlay=options.parameters,
         evidence=options.evidence,
+        table=table_file(options),
         group=options.group,
-        gateways=options.gateways,
+        gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,
         speed=options.speed,
     )

@@ -16,6 +16,19 @@ from bioscara.server import log
 _NEEDED = ("cryptography", "fastapi", "uvicorn", "websockets")
 
 
+def require_packages() -> None:
+    """Raise unless the packages of the gateway are installed.
+
+    Raises:
+        ConfigurationError: One is missing.
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        raise ConfigurationError(
+            f"the web gateway needs {', '.join(missing)}, not installed: {install('web')}"
+        )
+
+
 def run(options: Options) -> int:
     """Serve the gateway of an arm until Ctrl-C.
 
@@ -24,11 +37,7 @@ def run(options: Options) -> int:
         BioscaraError: No owner of that name runs, or its tokens cannot be used.
         OSError: Standard output cannot be written.
     """
-    missing = [name for name in _NEEDED if find_spec(name) is None]
-    if missing:
-        raise ConfigurationError(
-            f"the web gateway needs {', '.join(missing)}, not installed: {install('web')}"
-        )
+    require_packages()
     # Imported here: installed by an extra.
     from bioscara.web.gateway import Gateway, GatewaySettings  # noqa: PLC0415
     from bioscara.web.scopes import Scope  # noqa: PLC0415
@@ -51,7 +60,8 @@ def run(options: Options) -> int:
         output.line(f"arm {arm} on the web: {gateway.url} (Ctrl-C ends it)")
         if sys.stdout.isatty():
             for scope in Scope:
-                output.line(f"  to {scope.name.lower():8}{gateway.url_with_token(scope)}")
+                if options.show in {None, scope.name.lower()}:
+                    output.line(f"  to {scope.name.lower():8}{gateway.url_with_token(scope)}")
         else:
             # Of a service this is its log, which others may read.
             output.line(f"its tokens are in {gateway.token_file}: open the address with #token=...")

@@ -2,7 +2,7 @@
 
 export type FromClient = ClientHello | ClientRequest | Received;
 
-export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SetSimulationSpeed | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
 export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | SimulateFault;
 
@@ -10,7 +10,7 @@ export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircu
 
 export type FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | Event | GoalCycle;
 
-export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
 
 export interface Accepted {
   kind: "accepted";
@@ -95,7 +95,7 @@ export interface ClientHello {
 export interface ClientRequest {
   kind: "request";
   id: number;
-  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SetSimulationSpeed | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerGains | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
   epoch?: number | null;
 }
 
@@ -377,6 +377,10 @@ export interface GetLog {
 
 export interface GetParameters {
   kind: "get_parameters";
+}
+
+export interface GetSimulation {
+  kind: "get_simulation";
 }
 
 export interface GetState {
@@ -841,7 +845,7 @@ export interface RequestFailed {
 export interface Response {
   kind: "response";
   id: number;
-  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
 }
 
 export interface Resume {
@@ -914,6 +918,11 @@ export interface SetScene {
   scene: SceneValue;
 }
 
+export interface SetSimulationSpeed {
+  kind: "set_simulation_speed";
+  speed: number;
+}
+
 export interface SetSpeedOverride {
   kind: "set_speed_override";
   share: number;
@@ -923,6 +932,7 @@ export interface SetTable {
   kind: "set_table";
   revision?: number | null;
   table: TeachTable;
+  save?: boolean;
 }
 
 export interface SetTool {
@@ -936,6 +946,20 @@ export interface SimulateFault {
   fault: string;
   joint?: string;
   value?: number;
+}
+
+export interface SimulatedFaultValue {
+  fault: string;
+  joint: string;
+  value: number;
+  since: number;
+}
+
+export interface SimulationState {
+  kind: "simulation";
+  available: boolean;
+  speed: number;
+  faults: SimulatedFaultValue[];
 }
 
 export interface Start {

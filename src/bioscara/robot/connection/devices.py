@@ -48,12 +48,12 @@ def simulated_devices(
 ) -> Devices:
     """Return the devices of an arm simulated in this process; arguments as ``Robot.simulated``."""
     # Imported here: the compiled firmware is a separate distribution.
-    from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
+    from bioscara.sim import BenchBus, SimulatedArm  # noqa: PLC0415
 
     arm = SimulatedArm(seed=seed, v1=v1)
     clock = PacedClock(arm.clock)
     return Devices(
-        FirmwareBus(arm),
+        BenchBus(arm, seed),
         clock,
         f"simulation, in this process{_firmware(v1)}",
         *_simulated_gripper(parameters.gripper, clock),

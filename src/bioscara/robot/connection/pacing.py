@@ -19,14 +19,15 @@ class PacedClock:
 
     Attributes:
         paced: Whether time is held back; may be changed at any time.
-        speed: Simulated time that may pass in a second of real time [s/s]; set while not paced.
+        speed: Simulated time that may pass in a second of real time [s/s]; may be changed at any
+            time, and then applies from the next wait on.
     """
 
     def __init__(self, clock: Clock, wall: Clock | None = None) -> None:
         self._clock = clock
         self._wall: Clock = MonotonicClock() if wall is None else wall
         self._paced = False
-        self.speed = 1.0
+        self.speed = self._applied = 1.0
         self._lead = 0.0
 
     @property
@@ -37,7 +38,7 @@ class PacedClock:
     @paced.setter
     def paced(self, paced: bool) -> None:
         self._paced = paced
-        self._lead = self._wall.now() - self._clock.now() / self.speed
+        self._restart()
 
     def now(self) -> float:
         """Return the simulated time [s]."""
@@ -46,10 +47,19 @@ class PacedClock:
     def sleep_until(self, deadline: float) -> None:
         """Let the simulation run until ``deadline`` [s]; if paced, return no earlier than due."""
         self._clock.sleep_until(deadline)
-        if self._paced:
-            due = self._clock.now() / self.speed + self._lead
-            behind = self._wall.now() - due
-            if behind > _LOST:
-                self._lead += behind
-            else:
-                self._wall.sleep_until(due)
+        if not self._paced:
+            return
+        if self.speed != self._applied:
+            # Here, in the thread of the loop: what it waits for is never half changed.
+            self._restart()
+        due = self._clock.now() / self._applied + self._lead
+        behind = self._wall.now() - due
+        if behind > _LOST:
+            self._lead += behind
+        else:
+            self._wall.sleep_until(due)
+
+    def _restart(self) -> None:
+        """Hold time back from now on, so that no time before counts."""
+        self._applied = self.speed
+        self._lead = self._wall.now() - self._clock.now() / self._applied

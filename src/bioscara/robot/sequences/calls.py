@@ -156,7 +156,9 @@ def _waypoints(first: int, run: tuple[Step, ...], workspace: Workspace) -> Itera
         with about(index):
             via = via_of(step, workspace) if isinstance(step, ArcStep) else None
             motion = Motion.LIN if via is None else Motion.CIRC
-            yield Waypoint(goal_of(step, workspace), motion, step.blend, via, step.speed)
+            # A run that is cut short rests at its end.
+            blend = step.blend if index + 1 < first + len(run) else 0.0
+            yield Waypoint(goal_of(step, workspace), motion, blend, via, step.speed)
 
 
 def goal_of(step: PathStep | PointToPointStep, workspace: Workspace) -> Pose:

@@ -24,25 +24,28 @@ class Verdict(NamedTuple):
     """What planning says of a step, or of several that blends join.
 
     Attributes:
-        first: Index of the first step.
-        number: Number of the steps.
-        label: Their numbers and kinds, for people.
+        call: The call that carries them out; without a method if it cannot be resolved.
         duration: How long they take [s]; of the jaws by their highest speed. NaN if refused.
         trajectory: The motion of the arm; None if it rests.
         notes: Notes on the plan.
         error: Why it is refused; None if it is not.
     """
 
-    first: int
-    number: int
-    label: str
+    call: Call
     duration: float
     trajectory: Trajectory | None = None
     notes: tuple[str, ...] = ()
     error: BioscaraError | None = None
 
 
-def dry_run(sequence: StepSequence, workspace: Workspace, start: Joints) -> Iterator[Verdict]:
+def dry_run(
+    sequence: StepSequence,
+    workspace: Workspace,
+    start: Joints,
+    *,
+    first: int = 0,
+    last: int | None = None,
+) -> Iterator[Verdict]:
     """Yield the verdict on each step, up to the first one that is refused.
 
     What the steps change is taken as done: where the arm is, the width of the jaws, the load.
@@ -51,27 +54,29 @@ def dry_run(sequence: StepSequence, workspace: Workspace, start: Joints) -> Iter
         sequence: The sequence.
         workspace: Tool, scene, load and speed limit at its begin.
         start: Where the arm is then [rad, m, rad, rad].
+        first: Index of the step to begin with.
+        last: Index of the step to end before; None for all.
 
     Raises:
         InvalidArgumentError: It is for another tool than the mounted one.
     """
     require_tool(sequence, workspace.tool.name)
     here = start
-    for first, run in sequence.runs():
-        label = Call(first, run, "").label
+    for begin, run in sequence.runs(first, last):
+        call = Call(begin, run, "")
         try:
-            call = call_of(first, run, workspace)
-            with about(first, len(run)):
+            call = call_of(begin, run, workspace)
+            with about(begin, len(run)):
                 plan, workspace, duration = _planned(call, workspace, here)
         except BioscaraError as error:
-            yield Verdict(first, len(run), label, float("nan"), error=error)
+            yield Verdict(call, float("nan"), error=error)
             return
         if plan is None:
-            yield Verdict(first, len(run), label, duration)
+            yield Verdict(call, duration)
             continue
         here = Joints(*plan.trajectory.positions[-1].tolist())
-        notes = tuple(of_steps(note, first, len(run)) for note in plan.notes)
-        yield Verdict(first, len(run), label, duration, plan.trajectory, notes)
+        notes = tuple(of_steps(note, begin, len(run)) for note in plan.notes)
+        yield Verdict(call, duration, plan.trajectory, notes)
 
 
 def _planned(

@@ -347,13 +347,21 @@ class StepSequence(Checked):
                 text = f"{step.blend:g} m, but {why}, so that the arm rests there; give blend 0"
                 yield Problem(text, ("steps", index, "blend"))
 
-    def runs(self) -> Iterator[tuple[int, tuple[Step, ...]]]:
-        """Yield the steps, those joined by blends together, with the index of the first one."""
-        first = 0
-        for index, step in enumerate(self.steps):
-            if not (isinstance(step, PathStep) and step.blend):
-                yield first, self.steps[first : index + 1]
-                first = index + 1
+    def runs(
+        self, first: int = 0, last: int | None = None
+    ) -> Iterator[tuple[int, tuple[Step, ...]]]:
+        """Yield the steps, those joined by blends together, with the index of the first one.
+
+        Args:
+            first: Index of the step to begin with.
+            last: Index of the step to end before; None for all.
+        """
+        steps = self.steps[:last]
+        begin = first
+        for index, step in enumerate(steps[first:], first):
+            if not (isinstance(step, PathStep) and step.blend) or index + 1 == len(steps):
+                yield begin, steps[begin : index + 1]
+                begin = index + 1
 
 
 def require_tool(sequence: StepSequence, mounted: str) -> None:

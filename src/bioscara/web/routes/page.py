@@ -8,13 +8,12 @@ from http import HTTPStatus
 from fastapi import FastAPI, Request, Response
 
 from bioscara.api.runtime import find
-from bioscara.dashboard.assets import Asset, read_assets, version_of
+from bioscara.dashboard.assets import Asset, read_assets
 from bioscara.errors import OwnerLostError
 from bioscara.web.routes.http import json
 
-ASSETS = read_assets()
-VERSION = version_of(ASSETS)
-"""Version of the files of the page: a page of another one has to be loaded again."""
+VERSION, ASSETS = read_assets()
+"""Version of the files of the page, and the files: a page of another version is out of date."""
 
 
 def add(app: FastAPI, arm: str) -> None:
@@ -33,8 +32,13 @@ def add(app: FastAPI, arm: str) -> None:
 
 
 def _asset_route(asset: Asset) -> Callable[..., Awaitable[Response]]:
+    tag = f'W/"{asset.tag}"'  # weak: the compressed content is not the same bytes
+
     async def send_asset(request: Request) -> Response:
-        headers = {"Vary": "Accept-Encoding"}
+        # Kept by the browser, which asks each time whether it is still the same.
+        headers = {"Vary": "Accept-Encoding", "ETag": tag, "Cache-Control": "no-cache"}
+        if tag in request.headers.get("if-none-match", ""):
+            return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
         if "gzip" in request.headers.get("accept-encoding", ""):
             headers["Content-Encoding"] = "gzip"
             return Response(asset.compressed, media_type=asset.media_type, headers=headers)

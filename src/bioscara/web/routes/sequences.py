@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
-from fastapi import FastAPI, Request, Response
+from fastapi import FastAPI, Query, Request, Response
 
 from bioscara.api import messages as m
 from bioscara.dashboard.sequences import (
@@ -26,6 +26,7 @@ from bioscara.web.routes.work import Work
 
 _TIMEOUT = 30.0
 """Time in which a body has to arrive [s]."""
+_Index = Annotated[int, Query(ge=0)]
 _BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {"*/*": {}}}}
 
 
@@ -76,7 +77,9 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         responses=answers(DryRun),
         openapi_extra=_BODY,
     )
-    async def plan(request: Request, _: Viewer) -> Response:
+    async def plan(
+        request: Request, _: Viewer, first: _Index = 0, last: _Index | None = None
+    ) -> Response:
         body = await body_of(request, BODY_MAX, _TIMEOUT)
         # Asked for now, not a second ago: the table may just have been changed for this sequence.
         workspace = msgspec.json.decode(await queries.ask(m.GetWorkspace()), type=m.WorkspaceState)
@@ -84,4 +87,5 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         sample = msgspec.json.decode(await queries.ask(m.GetState()), type=_Sample)
         # Without a pose a joint is not homed, and its position is an assumption.
         joints = () if sample.pose is None else sample.positions
-        return await answered(dry_run_of, body, description.parameters, workspace, joints)
+        parameters = description.parameters
+        return await answered(dry_run_of, body, parameters, workspace, joints, first, last)

@@ -11,6 +11,7 @@ from fastapi import FastAPI, Request, Response
 from bioscara.web.browser_sessions import LIFETIME
 from bioscara.web.guard import TOO_MANY_SIGN_INS
 from bioscara.web.routes.http import JSON, RefusedError, json, received, refusal
+from bioscara.web.routes.page import VERSION
 from bioscara.web.settings import WebSettings
 
 _BODY_MAX = 1024
@@ -63,10 +64,15 @@ def add(app: FastAPI, settings: WebSettings) -> None:
         )
         return response
 
-    @app.get("/session", response_class=Response, summary="What this browser may do.")
+    @app.get(
+        "/session",
+        response_class=Response,
+        summary="What this browser may do, and the version of the page's files.",
+    )
     def session(request: Request) -> Response:
         credential = request.state.credential
-        return json({"scope": credential.scope.name.lower() if credential else None})
+        scope = credential.scope.name.lower() if credential else None
+        return json({"scope": scope, "assets": VERSION})
 
     @app.delete("/session", response_class=Response, summary="Sign this browser out.")
     async def sign_out(request: Request) -> Response:

@@ -3,7 +3,7 @@
 /** @import { AnyTask, GoalValue } from "../messages.d.ts" */
 /** @import { Connection } from "./connection.js" */
 
-import { Arm } from "./arm.js";
+import { Arm, MismatchError } from "./arm.js";
 import { ConnectionError, RequestError } from "./connection.js";
 import { text } from "./texts.js";
 
@@ -22,6 +22,12 @@ import { text } from "./texts.js";
 
 /** A command was given without the lease. */
 export class NoLeaseError extends Error {}
+
+/** Something cannot be done, or ended early, for a reason that the person is told. */
+export class ActionError extends Error {}
+
+/** Errors that are no mistakes of the page. */
+const EXPECTED = [RequestError, ConnectionError, NoLeaseError, MismatchError, ActionError];
 
 /** The page's model and its commands. */
 export class App {
@@ -109,9 +115,7 @@ export class App {
       await work();
       return true;
     } catch (error) {
-      if (!(error instanceof RequestError || error instanceof ConnectionError || error instanceof NoLeaseError)) {
-        console.error(error);
-      }
+      if (!EXPECTED.some((kind) => error instanceof kind)) console.error(error);
       this.say(error instanceof Error ? error.message : String(error), "error");
       return false;
     }

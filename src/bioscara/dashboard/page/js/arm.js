@@ -3,6 +3,8 @@
 /** @import { Connection } from "./connection.js" */
 /** @import { Description, Event, FaultList, GoalValue, LeaseValue, StateSample, WorkspaceState } from "../messages.d.ts" */
 
+import { text } from "./texts.js";
+
 /** Least time between two samples [s]. */
 const PERIOD = 0.04;
 /** Samples that the owner may send before the page confirms them. */
@@ -16,6 +18,9 @@ export const GONE = 1000;
 const SLEPT = 1000;
 /** Faults of a supervisor that stop the arm. */
 const FAULTY = new Set(["stopping", "latched", "acknowledged"]);
+
+/** The page has another version than its gateway, and may only look and stop. */
+export class MismatchError extends Error {}
 
 /** @typedef {"sample" | "link" | "lease" | "faults" | "workspace" | "description" | "goals" | "event" | "reset"} Topic */
 
@@ -210,6 +215,7 @@ export class Arm {
    * @param {boolean} [force] Whether to take it from another client.
    */
   async acquire(force = false) {
+    if (this.mismatch) throw new MismatchError(text("refusal.mismatch"));
     this.acquiring = true;
     try {
       const result = await this.connection.request({ kind: "acquire_lease", time_to_live: 2, force });
@@ -235,6 +241,21 @@ export class Arm {
     const { epoch } = this;
     this.#part("broken");
     if (epoch !== null) this.connection.request({ kind: "release_lease" }, epoch).catch(() => {});
+  }
+
+  /**
+   * Let this page only look and stop until it is loaded again.
+   *
+   * @param {"mismatch" | "signed-out"} state Its state.
+   * @param {string} reason Why.
+   */
+  suspend(state, reason) {
+    if (state === "mismatch") this.mismatch = reason;
+    else this.signedOut = true;
+    this.reason = reason;
+    this.drop();
+    this.#tell("lease");
+    this.#tell("link");
   }
 
   /** @param {StateSample} sample */
@@ -271,8 +292,7 @@ export class Arm {
   /** @param {{reason: string, signedOut: boolean}} closed */
   #lose(closed) {
     this.reason = closed.reason || "the connection is broken";
-    this.signedOut = closed.signedOut;
-    if (this.reason.includes("version")) this.mismatch = this.reason;
+    this.signedOut = this.signedOut || closed.signedOut;
     this.#tell("lease");
     this.#tell("link");
   }

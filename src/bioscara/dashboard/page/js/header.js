@@ -51,7 +51,8 @@ function buildIdentity(app) {
   const allowed = h("p", { class: "dim allowed" });
   const reload = button(text("header.reload"), () => location.reload(), { hidden: true });
   const live = h("div", { class: "row", role: "status" }, state, condition);
-  at("identity").append(h("div", { class: "row" }, name, kind, live, reload), allowed);
+  const others = h("a", { href: "arms.html", class: "arms-link", text: text("arms.link") });
+  at("identity").append(h("div", { class: "row" }, name, kind, live, reload, others), allowed);
 
   function update() {
     const owner = connection.welcome?.owner;
@@ -68,7 +69,7 @@ function buildIdentity(app) {
     setText(mark, sign);
     setText(word, text(`state.${now}`));
     state.className = `badge state ${colour}`;
-    setText(allowed, text(`allowed.${now}`) + (now === "mismatch" || now === "signed-out" ? ` ${arm.reason}` : ""));
+    setText(allowed, text(`allowed.${now}`) + (now === "mismatch" ? ` ${arm.mismatch}` : now === "signed-out" ? ` ${arm.reason}` : ""));
     reload.hidden = !["mismatch", "signed-out", "gone"].includes(now);
     const [what, tone] = conditionOf(app);
     condition.hidden = what === "";

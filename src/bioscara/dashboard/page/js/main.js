@@ -6,38 +6,21 @@ import { Connection } from "./connection.js";
 import { buildJog } from "./control/jog_pad.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, printable } from "./dom.js";
+import { watchGateway } from "./gateway.js";
 import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
+import { benchPanel } from "./panels/bench.js";
+import { filesPanel } from "./panels/files.js";
 import { healthPanel } from "./panels/health.js";
 import { plotsPanel } from "./panels/plots.js";
 import { runPanel } from "./panels/run.js";
+import { settingsPanel } from "./panels/settings.js";
+import { signIn } from "./session.js";
+import { teachPanel } from "./panels/teach.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
-import { text } from "./texts.js";
 import { buildView } from "./view/view.js";
-
-/**
- * Exchange the token of the address for a cookie.
- *
- * @returns {Promise<"view" | "operate" | "admin">} What this page may do.
- */
-async function signIn() {
-  const token = new URLSearchParams(location.hash.slice(1)).get("token");
-  if (token) {
-    // Removed at once: it must not stay in the history.
-    history.replaceState(null, "", location.pathname);
-    const answer = await fetch("session", {
-      method: "POST",
-      headers: { "Content-Type": "application/json" },
-      body: JSON.stringify({ token }),
-    });
-    if (!answer.ok) throw new Error((await answer.json()).text);
-  }
-  const { scope } = await (await fetch("session")).json();
-  if (!scope) throw new Error(text("error.no_token"));
-  return scope;
-}
 
 /** Return a random name. */
 function randomName() {
@@ -59,11 +42,16 @@ async function begin() {
   buildFaultStrip(app, recovery);
   buildTabs(app, [
     runPanel,
+    teachPanel,
+    filesPanel,
     plotsPanel,
     healthPanel(recovery),
+    settingsPanel,
+    benchPanel,
   ]);
   showState(arm);
   keepLease(arm);
+  watchGateway(arm);
   connection.connect();
   // For tests and for the curious.
   Object.assign(window, { bioscara: app });

@@ -14,6 +14,7 @@ import { text } from "../texts.js";
  */
 export function refusal({ arm }, { homed = true, enabled = true, idle = true, jog = false } = {}) {
   const { sample } = arm;
+  if (arm.mismatch) return text("refusal.mismatch");
   if (!arm.fresh || !sample) return text("refusal.stale");
   if (arm.scope === "view") return text("refusal.view");
   if (!arm.commands) return arm.lease?.client ? text("refusal.lease_elsewhere", { client: arm.lease.client }) : text("refusal.no_lease");

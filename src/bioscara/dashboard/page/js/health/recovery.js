@@ -3,6 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { AnyTask } from "../../messages.d.ts" */
 
+import { RequestError } from "../connection.js";
 import { text } from "../texts.js";
 
 /** Number of steps. */
@@ -58,10 +59,15 @@ export class Recovery {
     return "";
   }
 
+  /** Whether the step has just become the next one, and takes no press yet. */
+  get settling() {
+    return performance.now() - this.changed < GUARD;
+  }
+
   /** Take the next step; a reason why not is shown. */
   async take() {
     const step = this.step;
-    if (!step || step.busy || performance.now() - this.changed < GUARD) return;
+    if (!step || step.busy || this.settling) return;
     if (this.hindrance) {
       this.app.say(this.hindrance, "error");
       return;
@@ -70,7 +76,7 @@ export class Recovery {
     await this.app.attempt(async () => {
       const goal = await this.app.start(/** @type {AnyTask} */ ({ kind: step.kind }));
       const end = await this.app.ended(goal.goal);
-      if (end.failure) throw new Error(end.failure.text);
+      if (end.failure) throw new RequestError(end.failure);
     });
     this.pending = false;
   }

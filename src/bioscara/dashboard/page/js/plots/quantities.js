@@ -1,6 +1,6 @@
 // What is plotted: the columns of a row, in the units that people read, and their limits.
 
-/** @import { Description, StateSample } from "../../messages.d.ts" */
+/** @import { Description, History, StateSample } from "../../messages.d.ts" */
 
 import { DEGREE, MM } from "../format.js";
 
@@ -106,7 +106,7 @@ export function columnsOfSample(quantities) {
  * Return the function that takes the columns from an answer of `get_history`.
  *
  * @param {Quantity[]} quantities What is plotted.
- * @param {any} history The answer.
+ * @param {History} history The answer.
  * @returns {(column: number, row: number) => number | null} The value in the unit that people read.
  */
 export function columnsOfHistory(quantities, history) {

@@ -1,6 +1,7 @@
 // The rows behind the plots: from the owner's ring, then from the samples that arrive.
 
 /** @import { App } from "../app.js" */
+/** @import { History } from "../../messages.d.ts" */
 /** @import { Quantity } from "./quantities.js" */
 
 import { columnsOfHistory, columnsOfSample, quantitiesOf } from "./quantities.js";
@@ -40,12 +41,12 @@ export class Recorder {
     const { arm } = this.app;
     if (!arm.description || !arm.sample) return;
     const turn = ++this.loading;
-    /** @type {any} */
+    /** @type {History | null} */
     let history = null;
     this.problem = "";
     try {
       const begin = arm.sample.time - LONGEST;
-      history = await this.app.ask(/** @type {any} */ ({ kind: "get_history", begin, end: null, points: POINTS }));
+      history = await this.app.ask({ kind: "get_history", begin, end: null, points: POINTS });
     } catch (error) {
       this.problem = error instanceof Error ? error.message : String(error);
     }
@@ -80,10 +81,10 @@ export class Recorder {
     this.read = columnsOfSample(this.quantities);
   }
 
-  /** @param {any} history */
+  /** @param {History} history */
   #take(history) {
     const read = columnsOfHistory(this.quantities, history);
-    history.time.forEach((/** @type {number} */ time, /** @type {number} */ row) => {
+    history.time.forEach((time, row) => {
       this.ring?.push(time, (column) => read(column, row));
     });
   }

@@ -9,6 +9,8 @@ import { text } from "../texts.js";
 /** Least time between two questions [ms], and distance above the margin that counts as near [m]. */
 const PERIOD = 200;
 const NEAR = 0.02;
+/** Time for which the gateway may use a scene of before [ms]. */
+const SCENE = 1100;
 /** Changes of a joint from which the clearance is asked for again [rad or m]. */
 const MOVED = 2e-4;
 
@@ -39,14 +41,27 @@ export class ClearanceReadout {
     this.element = h("span", { class: "badge view-clearance" });
     this.value = /** @type {Clearance | null} */ (null);
     this.asking = false;
-    this.last = -Infinity;
+    /** Time before which nothing is asked [ms]. */
+    this.next = -Infinity;
     this.due = true;
     /** @type {number[]} */
     this.asked = [];
-    app.arm.on("workspace", () => { this.due = true; this.#ask(); });
+    /** @type {number | null} */
+    this.revision = null;
+    app.arm.on("workspace", () => this.#wait());
     app.arm.on("sample", () => this.#look());
     app.arm.on("link", () => { if (!app.arm.fresh) this.#take(null); else this.due = true; });
     this.#show();
+  }
+
+  /** The scene is another one: until the gateway has it too, the clearance is unknown. */
+  #wait() {
+    const revision = this.app.arm.workspace?.revision ?? null;
+    if (revision === this.revision) return;
+    this.revision = revision;
+    this.next = performance.now() + SCENE;
+    this.due = true;
+    this.#take(null);
   }
 
   #look() {
@@ -60,14 +75,17 @@ export class ClearanceReadout {
   async #ask() {
     const { sample, fresh } = this.app.arm;
     if (this.asking || !fresh || !sample?.pose || !this.seen()) return;
-    if (performance.now() - this.last < PERIOD) return;
+    if (performance.now() < this.next) return;
+    const { revision } = this;
     this.asking = true;
     this.due = false;
-    this.last = performance.now();
+    this.next = performance.now() + PERIOD;
     this.asked = sample.positions;
     try {
       const answer = await fetch("api/clearance");
-      this.#take(answer.ok ? withLevel(await answer.json()) : null);
+      const found = answer.ok ? withLevel(await answer.json()) : null;
+      // Of the scene of before.
+      if (revision === this.revision) this.#take(found);
     } catch {
       // The link says that the gateway is gone; an unknown clearance is shown as unknown.
       this.#take(null);

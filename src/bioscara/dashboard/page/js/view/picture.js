@@ -9,8 +9,8 @@ import { GRIPPER } from "./kinematics.js";
 import { Trace } from "./trace.js";
 import { TrajectoryCurve } from "./trajectory_curve.js";
 
-/** Difference from which a joint counts as moved [rad or m], and as elsewhere than commanded. */
-const MOVED = 1e-5;
+/** Difference from which a joint counts as moved [rad or m], above the noise of its encoder; and as elsewhere than commanded. */
+const MOVED = 3e-5;
 const ELSEWHERE = { rad: 0.01, m: 1e-3 };
 
 /**

@@ -25,7 +25,7 @@ export class TargetPanel {
     this.step = 10;
     /** @type {HTMLInputElement[]} */
     this.inputs = [];
-    this.refusal = h("p", { class: "target-refusal", role: "alert" });
+    this.refusal = h("p", { class: "target-refusal card", role: "alert", hidden: true });
     this.planButton = button(text("view.make_plan"), () => target.plan(), { class: "primary" });
     this.element = h(
       "section", { class: "view-target card column", "aria-label": text("view.target_title"), hidden: true },
@@ -33,7 +33,6 @@ export class TargetPanel {
       h("div", { class: "row" }, this.#steps(), button(text("view.to_tool"), () => target.toTool())),
       this.#kinds(), this.#speed(),
       h("div", { class: "row" }, this.planButton, copyButton(() => target.python)),
-      this.refusal,
     );
     target.listeners.push(() => this.#update());
     this.#update();
@@ -111,6 +110,7 @@ export class TargetPanel {
   #update() {
     const { pose, refusal, planning } = this.target;
     this.element.hidden = pose === null;
+    this.refusal.hidden = pose === null || refusal === null;
     if (!pose) return;
     this.inputs.forEach((input, axis) => {
       const shown = (pose[axis] / AXES[axis].unit).toFixed(1).replace(/^-(?=0\.0$)/, "");
@@ -121,6 +121,5 @@ export class TargetPanel {
     const [link, other] = refusal?.names ?? [];
     const collision = link && other ? `${text("view.collision", { link, other })} ` : "";
     setText(this.refusal, refusal ? collision + refusal.text : "");
-    this.refusal.hidden = refusal === null;
   }
 }

@@ -6,10 +6,12 @@ import { button, h } from "../dom.js";
 import { text } from "../texts.js";
 
 const PRESETS = /** @type {const} */ (["iso", "front", "side", "top", "follow"]);
-const STEPS = /** @type {const} */ (["left", "right", "up", "down", "in", "out", "pan-left", "pan-right", "pan-up", "pan-down"]);
-const SIGNS = {
-  left: "⟲", right: "⟳", up: "⤒", down: "⤓", in: "+", out: "−", "pan-left": "←", "pan-right": "→", "pan-up": "↑", "pan-down": "↓",
-};
+/** Steps of the camera with their signs, in rows. */
+const STEPS = /** @type {const} */ ({
+  turn: { left: "←", right: "→", up: "↑", down: "↓" },
+  shift: { "pan-left": "←", "pan-right": "→", "pan-up": "↑", "pan-down": "↓" },
+  size: { in: "+", out: "−" },
+});
 /** @type {Layer[]} */
 const LAYERS = ["frames", "zones", "margins", "trace", "labels"];
 
@@ -18,7 +20,7 @@ const LAYERS = ["frames", "zones", "margins", "trace", "labels"];
  *
  * @typedef {Object} ViewCommands
  * @property {(preset: typeof PRESETS[number]) => void} look Moves the camera.
- * @property {(step: typeof STEPS[number]) => void} step Moves it by a step.
+ * @property {(step: any) => void} step Moves it by a step.
  * @property {(layer: Layer, shown: boolean) => void} layer Shows a layer or hides it.
  * @property {(shown: boolean) => void} target Shows the target or hides it.
  */
@@ -41,9 +43,12 @@ export function buildToolbar(commands, layers, solid) {
     ...(solid ? PRESETS.map((preset) => button(text(`view.look_${preset}`), () => commands.look(preset), {
       "aria-label": text("view.look", { preset: text(`view.look_${preset}`) }),
     })) : []),
-    ...(solid ? [menu("view.camera", "view-camera", STEPS.map((step) => button(SIGNS[step], () => commands.step(step), {
-      "aria-label": text(`view.step_${step}`), title: text(`view.step_${step}`),
-    })))] : []),
+    ...(solid ? [menu("view.camera", "view-camera", Object.entries(STEPS).map(([row, steps]) => h(
+      "div", { class: "view-camera-row" }, h("span", { class: "dim", text: text(`view.camera_${row}`), "aria-hidden": "true" }),
+      ...Object.entries(steps).map(([step, sign]) => button(sign, () => commands.step(step), {
+        "aria-label": text(`view.step_${step}`), title: text(`view.step_${step}`),
+      })),
+    )))] : []),
     menu("view.layers", "view-layers", LAYERS.map((layer) => {
       const input = h("input", { type: "checkbox", checked: layers.has(layer) });
       input.addEventListener("change", () => commands.layer(layer, input.checked));

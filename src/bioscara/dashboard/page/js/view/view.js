@@ -44,7 +44,7 @@ export function buildView(app) {
     const kinematics = new Kinematics(await fetchModel(), app.arm.joints.map((joint) => joint.name));
     const backend = await makeBackend(kinematics);
     loading.remove();
-    new View(app, kinematics, backend, host);
+    new View(app, kinematics, backend, host, strip.element);
     return true;
   };
   let begun = false;
@@ -108,8 +108,9 @@ class View {
    * @param {Kinematics} kinematics The arm.
    * @param {Backend} backend Where it is drawn.
    * @param {HTMLElement} host Element of the view.
+   * @param {HTMLElement} strip Element of the plan, before which a refusal stands.
    */
-  constructor(app, kinematics, { drawing, calls }, host) {
+  constructor(app, kinematics, { drawing, calls }, host, strip) {
     this.app = app;
     this.drawing = drawing;
     this.solid = !(drawing instanceof FlatView);
@@ -133,6 +134,7 @@ class View {
     this.banner = h("p", { class: "view-banner", role: "status", hidden: true });
     this.alternative = h("p", { id: "view-said", class: "hidden-text" });
     this.#build(host);
+    strip.before(this.panel.refusal);
     calls.changed = () => this.scheduler.request();
     calls.drag = (pose) => this.target.set(pose);
     calls.busy = (turning) => { this.scheduler.turning = turning; };

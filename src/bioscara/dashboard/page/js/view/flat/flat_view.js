@@ -80,11 +80,12 @@ export class FlatView {
     }
     for (const value of layers.has("zones") ? scene?.zones ?? [] : []) {
       const shape = shapeOf(value);
-      const kind = `zone ${value.zone.keep_in ? "keep-in" : ""} ${marked.includes(value.zone.name) ? "marked" : ""}`;
+      const keepIn = value.zone.keep_in === true;
+      const kind = `zone ${keepIn ? "keep-in" : ""} ${marked.includes(value.zone.name) ? "marked" : ""}`;
       surroundings.append(svg("polygon", { class: kind, points: projected(projection, shape) }));
       if (layers.has("margins")) {
-        const margin = (value.zone.keep_in ? -1 : 1) * (scene?.margin ?? 0);
-        surroundings.append(svg("polygon", { class: "margin", points: projected(projection, grown(shape, margin)) }));
+        const margin = (keepIn ? -1 : 1) * (scene?.margin ?? 0);
+        surroundings.append(svg("polygon", { class: keepIn ? "margin keep-in" : "margin", points: projected(projection, grown(shape, margin)) }));
       }
       if (layers.has("labels")) {
         const [u, v] = projection.of(shape.x, shape.y, shape.high);

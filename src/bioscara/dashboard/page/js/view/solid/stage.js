@@ -33,7 +33,9 @@ export class Stage {
   constructor(changed) {
     this.canvas = h("canvas");
     this.host = h("div", { class: "view-canvas" }, this.canvas);
+    this.changed = changed;
     this.renderer = renderer(this.canvas, true);
+    this.#watch();
     const driver = this.renderer.getContext();
     const info = driver.getExtension("WEBGL_debug_renderer_info");
     this.slow = false;
@@ -68,10 +70,18 @@ export class Stage {
   #replace() {
     const canvas = h("canvas");
     this.renderer.dispose();
+    // Browsers keep few contexts at once.
+    this.renderer.forceContextLoss();
     this.canvas.replaceWith(canvas);
     this.canvas = canvas;
     this.renderer = renderer(canvas, false);
+    this.#watch();
     this.#fit();
+  }
+
+  /** The graphics driver may start again, as after sleep; three.js then has all of it sent again. */
+  #watch() {
+    this.canvas.addEventListener("webglcontextrestored", () => this.changed());
   }
 
   /** Draw with less effort: rough edges, half the resolution. */

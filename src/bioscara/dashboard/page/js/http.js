@@ -1,0 +1,68 @@
+// Requests to the gateway beside the WebSocket. A refusal is an error with the sentence of the server.
+
+/** @import { FailureValue } from "../messages.d.ts" */
+
+import { ConnectionError, RequestError } from "./connection.js";
+
+/**
+ * Ask the gateway.
+ *
+ * @param {string} path Path of the request, as `api/recordings`.
+ * @returns {Promise<any>} The answer, from JSON.
+ * @throws {RequestError} It is refused.
+ * @throws {ConnectionError} The gateway does not answer.
+ */
+export function get(path) {
+  return answered(fetch(path));
+}
+
+/**
+ * Send something to the gateway.
+ *
+ * @param {string} path Path of the request.
+ * @param {Blob | string | object} body What is sent: a file or a text as it is, anything else as JSON.
+ * @returns {Promise<any>} The answer, from JSON; errors as of `get`.
+ */
+export function post(path, body) {
+  const plain = typeof body === "string" || body instanceof Blob;
+  return answered(fetch(path, {
+    method: "POST",
+    headers: { "Content-Type": plain ? "application/octet-stream" : "application/json" },
+    body: plain ? body : JSON.stringify(body),
+  }));
+}
+
+/**
+ * Give a person a file.
+ *
+ * @param {string} name Its name.
+ * @param {string} content Its content.
+ * @param {string} type Its media type.
+ */
+export function saveFile(name, content, type) {
+  const address = URL.createObjectURL(new Blob([content], { type }));
+  const link = document.createElement("a");
+  link.href = address;
+  link.download = name;
+  link.click();
+  // Once the browser has begun to read it.
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
+}
+
+/** @param {Promise<globalThis.Response>} request */
+async function answered(request) {
+  let answer;
+  try {
+    answer = await request;
+  } catch {
+    throw new ConnectionError("the gateway does not answer");
+  }
+  if (answer.ok) return answer.json();
+  let failure;
+  try {
+    failure = /** @type {FailureValue} */ (await answer.json());
+  } catch {
+    throw new ConnectionError(`the gateway answers ${answer.status}`);
+  }
+  throw new RequestError(failure);
+}

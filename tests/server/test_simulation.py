@@ -1,0 +1,137 @@
+"""Simulated faults and speed by the messages of an owner."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+
+from bioscara import Robot
+from bioscara.api import messages as m
+from bioscara.errors import (
+    BioscaraError,
+    InvalidArgumentError,
+    LeaseError,
+    LimitError,
+    NotSupportedError,
+)
+from bioscara.server.serve import Served, ServeSettings, serving
+from bioscara.sim import FirmwareBus
+from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
+
+
+def apply(client: RawClient, epoch: int, fault: str, value: float = 1.0, joint: str = "") -> None:
+    """Let the arm fail, and wait until that is done."""
+    goal = client.request(m.Start(task=m.SimulateFault(fault, joint, value)), epoch).goal.goal
+    while not (state := client.request(m.GetGoal(goal)).goal).done:
+        time.sleep(0.005)
+    assert state.status == "succeeded", state.failure
+
+
+def faults(client: RawClient) -> list[str]:
+    """Return the names of the simulated faults that last."""
+    return [each.fault for each in client.request(m.GetSimulation()).faults]
+
+
+@pytest.mark.parametrize(
+    ("fault", "value"),
+    [("bus_stuck", 1.0), ("bus_loss", 0.9), ("bus_flips", 0.01), ("brown_out", 1.0)],
+)
+def test_the_arm_fails_and_recovers_once_the_fault_is_over(fault: str, value: float) -> None:
+    with arm_served(speed=20.0) as served, RawClient() as client:
+        epoch = client.acquire()
+        client.request(m.Start(task=m.EnableTask()), epoch)
+        eventually(lambda: served.owner.sample.enabled)
+        apply(client, epoch, fault, value)
+        eventually(lambda: served.robot.faults)
+        apply(client, epoch, "clear")
+        assert faults(client) == []
+        with Robot.connect(f"arm:{NAME}") as robot:
+            robot.acquire_lease(force=True)
+            recovered(robot)
+            if not math.isnan(sum(robot.state.positions)):
+                robot.move_relative(z=0.002)
+
+
+def recovered(robot: Robot) -> None:
+    """Recover the arm: joints whose boot was disturbed may need a second attempt."""
+    for attempt in range(5):
+        try:
+            robot.acknowledge()
+            robot.recover()
+        except BioscaraError:
+            if attempt == 4:
+                raise
+        else:
+            return
+
+
+def test_a_client_that_comes_later_sees_what_is_simulated() -> None:
+    with arm_served(speed=20.0) as served, RawClient() as client:
+        epoch = client.acquire()
+        client.request(m.Subscribe(events_after=client.welcome.last_event))
+        begin = served.owner.sample.time
+        apply(client, epoch, "freeze_encoder", joint="j3")
+        apply(client, epoch, "obstacle", 0.9, "j3")
+        assert client.event("simulation").text == "simulated: j3 freeze_encoder 1"
+        with RawClient(name="later") as other:
+            state = other.request(m.GetSimulation())
+        assert (state.available, state.speed) == (True, 20.0)
+        assert [(each.fault, each.joint, each.value) for each in state.faults] == [
+            ("freeze_encoder", "j3", 1.0),
+            ("obstacle", "j3", 0.9),
+        ]
+        assert begin <= state.faults[0].since <= served.owner.sample.time
+        apply(client, epoch, "clear_obstacles", joint="j3")
+        assert faults(client) == ["freeze_encoder"]
+
+
+def pace(served: Served) -> float:
+    """Return the time of the arm that passes in a second."""
+    begin, first = time.monotonic(), served.owner.sample.time
+    time.sleep(0.5)
+    return (served.owner.sample.time - first) / (time.monotonic() - begin)
+
+
+@pytest.mark.realtime
+def test_the_speed_of_time_can_be_chosen_while_the_arm_moves() -> None:
+    with arm_served(speed=1.0) as served, RawClient() as client:
+        epoch = client.acquire()
+        goal = tuple(here + 0.4 for here in HALF[:1]) + HALF[1:]
+        client.request(m.Start(task=m.MoveJoints(goal=goal, velocity_scaling=0.05)), epoch)
+        for speed in (5.0, 0.5, 1.0):
+            client.request(m.SetSimulationSpeed(speed), epoch)
+            assert client.request(m.GetSimulation()).speed == speed
+            assert pace(served) == pytest.approx(speed, rel=0.25)
+        client.request(m.SetSimulationSpeed(20.0), epoch)
+        eventually(lambda: not served.owner.sample.moving)
+        assert served.owner.sample.positions[0] == pytest.approx(goal[0], abs=1e-3)
+
+
+def test_a_speed_that_cannot_be_is_refused() -> None:
+    with arm_served() as served, RawClient() as client:
+        with pytest.raises(LeaseError):
+            client.request(m.SetSimulationSpeed(2.0))
+        epoch = client.acquire()
+        for speed in (0.0, 0.05, 21.0, -1.0):
+            with pytest.raises(LimitError, match="speed of the simulation"):
+                client.request(m.SetSimulationSpeed(speed), epoch)
+        with pytest.raises(InvalidArgumentError):
+            client.request(m.SetSimulationSpeed(math.nan), epoch)
+        assert served.robot.arm.session.clock.speed == 50.0  # type: ignore[attr-defined]
+
+
+def test_an_arm_that_is_simulated_elsewhere_refuses() -> None:
+    with runtime_folder() as folder, own_robot(folder / "faults") as robot:
+        # As the owner sees every arm that it does not simulate.
+        bus = robot.arm.session.bus
+        assert isinstance(bus, FirmwareBus)
+        robot.arm.session.bus = FirmwareBus(bus.arm)
+        with serving(robot, ServeSettings(NAME, "sim:x", evidence=folder)), RawClient() as client:
+            epoch = client.acquire()
+            state = client.request(m.GetSimulation())
+            assert (state.available, state.faults) == (False, ())
+            assert math.isnan(state.speed)
+            with pytest.raises(NotSupportedError, match="real, or simulated by another process"):
+                client.request(m.SetSimulationSpeed(2.0), epoch)
