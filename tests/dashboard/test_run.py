@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 import builtins
 from collections.abc import Iterator
+from importlib import import_module
 
 import pytest
 from playwright.sync_api import Browser, Page
 
-import bioscara
 from bioscara import RemoteRobot, Robot
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.robot.gripper import RobotGripper
@@ -168,17 +168,17 @@ def check(code: str) -> None:
     tree = ast.parse(code)
     compile(tree, "<copied>", "exec")
     kinds = {"robot": (Robot, RemoteRobot), "robot.gripper": (RobotGripper, RemoteGripper)}
+    imported = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module == "bioscara":
-            assert {each.name for each in node.names} <= set(bioscara.__all__), code
-        if isinstance(node, ast.Attribute):
-            owner = ast.unparse(node.value)
-            if owner in kinds and node.attr != "gripper":
-                assert any(hasattr(kind, node.attr) for kind in kinds[owner]), code
+        match node:
+            case ast.ImportFrom(module=str(module), names=names):
+                assert all(hasattr(import_module(module), each.name) for each in names), code
+                imported |= {each.asname or each.name for each in names}
+            case ast.Import(names=names):
+                imported |= {each.asname or each.name for each in names if import_module(each.name)}
+            case ast.Attribute(value=value, attr=attribute) if attribute != "gripper":
+                parts = kinds.get(ast.unparse(value), ())
+                assert not parts or any(hasattr(kind, attribute) for kind in parts), code
     names = [each for each in ast.walk(tree) if isinstance(each, ast.Name)]
-    loaded = {each.id for each in names}
     stored = {each.id for each in names if isinstance(each.ctx, ast.Store)}
-    known = {"robot", "time", *stored, *dir(builtins), *bioscara.__all__}
-    imported = {a.name for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for a in n.names}
-    assert loaded <= known, code
-    assert loaded & set(bioscara.__all__) <= imported, code
+    assert {each.id for each in names} <= {"robot", *stored, *imported, *dir(builtins)}, code
