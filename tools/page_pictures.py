@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import cast
 
 from PIL import Image
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
@@ -86,7 +87,9 @@ def served() -> Iterator[RemoteRobot]:
                 robot.home()
                 robot.move_joints(START)
                 robot.table = robot.table.with_pose(NamedPose("gate", Joints(*START)))
-                robot.table = robot.table.with_pose(NamedPose("scale", Joints(0.1, 0.15, 1.0, -0.4)))
+                robot.table = robot.table.with_pose(
+                    NamedPose("scale", Joints(0.1, 0.15, 1.0, -0.4))
+                )
                 robot.scene = scene_of_example()
                 robot.release_lease()
                 yield robot
@@ -108,8 +111,7 @@ def _connected() -> RemoteRobot:
     end = time.monotonic() + PATIENCE
     while True:
         try:
-            robot = Robot.connect(f"arm:{ARM}")
-            assert isinstance(robot, RemoteRobot)
+            robot = cast(RemoteRobot, Robot.connect(f"arm:{ARM}"))
             if default_path(ARM).exists():
                 return robot
             robot.close()
@@ -119,9 +121,7 @@ def _connected() -> RemoteRobot:
         time.sleep(0.3)
 
 
-def photograph(
-    browser: Browser, robot: RemoteRobot, folder: Path, size: str, scheme: str
-) -> None:
+def photograph(browser: Browser, robot: RemoteRobot, folder: Path, size: str, scheme: str) -> None:
     """Make the pictures of all tabs and states at one size, in one colour scheme."""
     width, height = SIZES[size]
     context = browser.new_context(

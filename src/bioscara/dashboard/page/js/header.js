@@ -5,6 +5,7 @@
 import { buildLease } from "./control/lease.js";
 import { at, button, h, printable, setText } from "./dom.js";
 import { duration } from "./format.js";
+import { clockTime } from "./health/clock.js";
 import { pageState } from "./states.js";
 import { text } from "./texts.js";
 
@@ -106,7 +107,7 @@ function buildLink(app) {
   function update() {
     const state = arm.link;
     const age = arm.sample ? duration(Math.round(arm.age / 100) / 10) : "";
-    const last = arm.sample ? new Date(Date.now() - arm.age).toLocaleTimeString() : "";
+    const last = arm.sample ? clockTime((Date.now() - arm.age) / 1000) : "";
     setText(word, text(`link.${state}`, { age, last }) + (state !== "live" && arm.reason ? `: ${arm.reason}` : ""));
     setText(trip, Number.isNaN(connection.roundTrip) || state === "gone" ? "" : text("link.trip", { trip: Math.ceil(connection.roundTrip) }));
   }

@@ -5,7 +5,7 @@ import { App } from "./app.js";
 import { Connection } from "./connection.js";
 import { buildJog } from "./control/jog_pad.js";
 import { buildStop } from "./control/stop_button.js";
-import { at, printable } from "./dom.js";
+import { at, h, printable } from "./dom.js";
 import { watchGateway } from "./gateway.js";
 import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
@@ -20,6 +20,7 @@ import { signIn } from "./session.js";
 import { teachPanel } from "./panels/teach.js";
 import { showState } from "./states.js";
 import { buildTabs } from "./tabs.js";
+import { text } from "./texts.js";
 import { buildView } from "./view/view.js";
 
 /** Return a random name. */
@@ -59,5 +60,6 @@ async function begin() {
 
 begin().catch((error) => {
   document.documentElement.dataset.state = "signed-out";
+  at("identity").append(h("h1", { text: text("app.title") }));
   at("messages").textContent = printable(error.message);
 });

@@ -58,6 +58,7 @@ export function buildTabs(app, panels) {
     }
     for (const section of ["view", "jog", "panels"]) at(section).classList.toggle("current", at(section) === chosen.section);
     chosen.view.show?.();
+    chosen.tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     history.replaceState(null, "", `#${id}`);
   }
 

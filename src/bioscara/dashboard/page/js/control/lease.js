@@ -4,6 +4,7 @@
 
 import { openDialog } from "../dialog.js";
 import { at, button, h, setText } from "../dom.js";
+import { clockTime } from "../health/clock.js";
 import { copyButton } from "../python.js";
 import { text } from "../texts.js";
 
@@ -31,7 +32,8 @@ export function buildLease(app) {
     // The event that this page has it comes before the answer with its epoch.
     if (arm.acquiring) return;
     const { client } = arm.lease ?? {};
-    const open = app.connection.open;
+    // Of an arm that does not answer nobody knows who commands it.
+    const open = app.connection.open && arm.link !== "gone";
     const mine = arm.commands;
     const view = arm.scope === "view";
     const other = client && !mine;
@@ -59,7 +61,7 @@ export function buildLease(app) {
  */
 function sinceWhen({ arm }) {
   const taken = arm.events.findLast((event) => event.what === "lease" && event.lease?.epoch === arm.lease?.epoch);
-  return taken ? new Date(1000 * taken.wall).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit" }) : "";
+  return taken ? clockTime(taken.wall) : "";
 }
 
 /**
@@ -74,9 +76,12 @@ function buildBanner(app) {
   const banner = h("div", { id: "lease-lost", class: "banner warn row", role: "alert", hidden: true }, words, close);
   at("header").after(banner);
   let had = false;
+  /** Newest event while this page had the lease. */
+  let seen = 0;
 
   function update() {
     const has = arm.epoch !== null;
+    if (has) seen = arm.lastEvent;
     if (has || arm.loss === "given") banner.hidden = true;
     else if (had) {
       banner.hidden = false;
@@ -85,8 +90,8 @@ function buildBanner(app) {
     had = has;
     if (banner.hidden) return;
     // The event that says why may come after the loss is known.
-    const last = arm.events.findLast((event) => event.lease !== null);
-    const why = arm.loss === "ended" && last?.lease?.epoch === arm.lease?.epoch ? last?.text : undefined;
+    const cause = arm.events.find((event) => event.lease !== null && event.number > seen);
+    const why = arm.loss === "ended" ? cause?.text : undefined;
     setText(words, text("lease.lost", { why: why ?? text(arm.loss === "broken" ? "lease.broken" : "lease.ended") }));
   }
   for (const topic of /** @type {const} */ (["lease", "event"])) arm.on(topic, update);
