@@ -26,6 +26,7 @@ def main() -> None:
     evidence = Path(folder()) / "faults"
     overlay = Path(folder()) / "arm.yaml"
     overlay.touch()
+    settings = GatewaySettings(NAME, port=0, recordings=Path(folder()) / "recordings")
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     with own_robot(evidence) as robot:
@@ -34,7 +35,7 @@ def main() -> None:
             robot.move_joints(at)
         with (
             serving(robot, ServeSettings(NAME, "sim", overlay, evidence, speed=speed)),
-            running_gateway(Gateway(GatewaySettings(NAME, port=0))) as gateway,
+            running_gateway(Gateway(settings)) as gateway,
         ):
             print(f"served {gateway.url} {gateway.token_file}", flush=True)  # noqa: T201  for the test
             ended.wait()

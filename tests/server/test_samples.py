@@ -49,3 +49,51 @@ def test_samples_of_controllers_come_to_those_who_asked_for_them_alone() -> None
         client.request(m.Subscribe())
         eventually(lambda: not served.owner.controllers_wanted)
         eventually(lambda: served.owner.controllers_sample is None)
+
+
+def arrived(client: RawClient, count: int = 0) -> list[int]:
+    """Return the cycles of all samples that came before an answer that follows at least so many."""
+    while True:
+        client.request(m.GetLease())
+        if len(client.samples) >= count:
+            return [sample.cycle for sample in client.samples]
+
+
+def test_no_more_samples_are_sent_than_the_client_confirms() -> None:
+    with arm_served() as served, RawClient() as client:
+        client.request(m.Subscribe(states=True, unconfirmed=2))
+        first = arrived(client, 2)
+        eventually(lambda: served.owner.sample.cycle > first[-1] + 50)
+        assert arrived(client) == first
+        # The newest comes then, and not those between.
+        before = served.owner.sample.cycle
+        client.send(m.Received(cycle=first[0]))
+        third = arrived(client, 3)[2:]
+        assert third[0] >= before
+        assert len(third) == 1
+        client.send(m.Received(cycle=third[0]))
+        assert len(arrived(client, 5)) == 5
+
+
+def test_what_a_client_never_got_it_cannot_confirm() -> None:
+    with arm_served() as served, RawClient() as client:
+        client.request(m.Subscribe(states=True, unconfirmed=1))
+        (first,) = arrived(client, 1)
+        client.send(m.Received(cycle=first - 1))
+        eventually(lambda: served.owner.sample.cycle > first + 50)
+        assert arrived(client) == [first]
+        # A cycle that is yet to come confirms those before, and lets no more than one follow.
+        client.send(m.Received(cycle=first + 1_000_000))
+        assert len(arrived(client, 2)) == 2
+        eventually(lambda: served.owner.sample.cycle > client.samples[-1].cycle + 50)
+        assert len(arrived(client)) == 2
+
+
+def test_a_confirmation_without_a_subscription_does_nothing() -> None:
+    with arm_served(), RawClient() as client:
+        client.send(m.Received(cycle=1))
+        client.request(m.Subscribe(states=True))
+        client.send(m.Received(cycle=1))
+        assert len(arrived(client, 20)) >= 20
+        with pytest.raises(InvalidArgumentError, match="unconfirmed -1 must not be below zero"):
+            client.request(m.Subscribe(states=True, unconfirmed=-1))

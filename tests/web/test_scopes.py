@@ -17,8 +17,8 @@ COMMANDS = {
     "get_trajectories list_goals make_plan stop pause query_controller "
     "get_introspection",
     OPERATE: "start add_points set_jog_velocity end_jog cancel pause_goal resume_goal resume "
-    "set_speed_override acquire_lease renew_lease release_lease report",
-    ADMIN: "set_parameters set_simulation_speed load_controller configure_controller "
+    "set_speed_override set_simulation_speed acquire_lease renew_lease release_lease report",
+    ADMIN: "set_parameters load_controller configure_controller "
     "cleanup_controller unload_controller switch_controllers set_hardware_state "
     "add_goal_points follow_goal stream_trajectory send_gripper_goal trigger_homing "
     "command_controller cancel_controller_goal set_controller_scaling "

@@ -522,11 +522,17 @@ class SetScene(WorkspaceChange, frozen=True, kw_only=True, tag="set_scene"):
 class SetTable(WorkspaceChange, frozen=True, kw_only=True, tag="set_table"):
     """Replace the tools, poses and frames that have names.
 
+    They are saved in the owner's file, and nothing changes if that cannot be written. Where another
+    program has changed the file meanwhile, the arm has its poses from then on, and the goal fails
+    with a ConflictError.
+
     Attributes:
         table: The new one.
+        save: Whether it is saved; else it applies until the owner ends or another one is saved.
     """
 
     table: TeachTable
+    save: bool = True
 
 
 class SetTool(WorkspaceChange, frozen=True, kw_only=True, tag="set_tool"):

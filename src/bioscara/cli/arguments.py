@@ -405,6 +405,7 @@ def _add_serve_command(commands: Parser) -> None:
         default=Path("faults"),
         help="folder for the flight records of faults (default: faults)",
     )
+    _add_table(serve, "file with the poses, in which those that clients teach are saved")
     serve.add_argument("--json", action="store_true", help="write the log as JSON")
     serve.add_argument(
         "--seed", metavar="N", type=whole_number, default=0, help="seed of the simulation"
@@ -930,13 +931,13 @@ def _add_plot(parser: Parser, help_text: str) -> None:
     parser.add_argument("--plot", metavar="FILE", type=Path, help=help_text)
 
 
-def _add_table(parser: Parser) -> None:
+def _add_table(parser: Parser, help_text: str = "file with the poses") -> None:
     """Add the argument for the file with the poses."""
     parser.add_argument(
         "--table",
         metavar="FILE",
         type=Path,
-        help=f"file with the poses (default: {TABLE}, if it exists)",
+        help=f"{help_text} (default: {TABLE}, if it exists)",
     )
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from itertools import takewhile
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 from bioscara.cli.options import FINGERS, Options
 from bioscara.control.faults.kinds import FaultKind
@@ -16,6 +17,9 @@ from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot import FAULTS, Robot
 from bioscara.robot.workspace.poses import TeachTable
+
+if TYPE_CHECKING:
+    from bioscara.remote import RemoteRobot
 
 _BUS_SHARE = 0.8
 """Share of each cycle that the bus may take without a note."""
@@ -95,8 +99,11 @@ def arrange(robot: Robot, options: Options, table: TeachTable, scene: Scene, too
         tool: Name of the tool.
     """
     own = options.arm is None
-    if own or options.table is not None:
+    if own:
         robot.table = table
+    elif options.table is not None:
+        # Not as the table of that arm: its owner would save it in place of what was taught.
+        cast("RemoteRobot", robot).borrow_table(table)
     if own or options.scene is not None:
         robot.scene = scene
     if own or tool != FINGERS:

@@ -399,9 +399,24 @@ class RemoteRobot:
 
     @table.setter
     def table(self, table: TeachTable) -> None:
+        self._set_table(table, save=True)
+
+    def borrow_table(self, table: TeachTable) -> None:
+        """Use another table until the owner ends or ``table`` is set; the owner's file stays.
+
+        Args:
+            table: The table.
+
+        Raises:
+            InvalidArgumentError: It is no table.
+            BusyError: The arm moves.
+        """
+        self._set_table(table, save=False)
+
+    def _set_table(self, table: TeachTable, *, save: bool) -> None:
         if not isinstance(table, TeachTable):
             raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
-        self._do(m.SetTable(table=table))
+        self._do(m.SetTable(table=table, save=save))
 
     @property
     def tool(self) -> Tool:

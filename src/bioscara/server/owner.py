@@ -52,6 +52,7 @@ from bioscara.server.queries import (
 )
 from bioscara.server.sampling import Sampler
 from bioscara.server.simulation import Simulation
+from bioscara.server.table_file import TableFile
 from bioscara.server.tasks import Tasks, make_plan
 from bioscara.server.uploads import Uploads
 from bioscara.version import __version__
@@ -76,6 +77,7 @@ class Owner:
         simulated: Whether the arm is simulated.
         overlay: The file with the values in which this arm differs; None if there is none.
         evidence: Folder of the flight records.
+        table: The file with the poses; None if they are not kept.
         clock: Returns the time [s].
 
     Attributes:
@@ -88,6 +90,9 @@ class Owner:
         controllers_sample: The controllers at the end of the last cycle, if that was wanted.
         controllers_wanted: Whether a client has subscribed to that.
         changed: Called with True when there is a new sample, with False when there is a new event.
+
+    Raises:
+        ConfigurationError: The file with the poses cannot be read.
     """
 
     def __init__(
@@ -99,6 +104,7 @@ class Owner:
         simulated: bool,
         overlay: Path | None,
         evidence: Path,
+        table: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.robot, self.name, self._arm, self._post = robot, name, robot.arm, post
@@ -111,10 +117,18 @@ class Owner:
         self._plans: OrderedDict[int, Plan] = OrderedDict()
         self._last_plan = 0
         self._uploads = Uploads()
+        table_file = TableFile(table, robot.table.fingers)
+        if (taught := table_file.read()) is not None:
+            robot.table = taught
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
         self._tasks = Tasks(
-            self._arm, self._plans, self._uploads, self._current_revision, self._conflict
+            self._arm,
+            self._plans,
+            self._uploads,
+            self._current_revision,
+            self._conflict,
+            table_file,
         )
         self._stops = 0
         self._joints = JointReports(self._arm, clock)

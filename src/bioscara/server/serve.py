@@ -32,6 +32,7 @@ class ServeSettings:
         bus: Name of the bus.
         overlay: File with the values in which this arm differs; None if there is none.
         evidence: Folder of the flight records.
+        table: File with the poses, tools and frames; None if those of clients are not kept.
         group: Group whose members may be clients; empty for this user alone.
         gateways: Words of ``bioscara`` that run each program beside it.
         priority: Real-time priority of the control loop; None for none.
@@ -42,6 +43,7 @@ class ServeSettings:
     bus: str
     overlay: Path | None = None
     evidence: Path = FAULTS
+    table: Path | None = None
     group: str = ""
     gateways: Sequence[tuple[str, ...]] = ()
     priority: int | None = None
@@ -87,6 +89,7 @@ async def serve(
         simulated=settings.simulated,
         overlay=settings.overlay,
         evidence=settings.evidence,
+        table=settings.table,
     )
     robot.watch(priority=settings.priority, speed=settings.speed)
     server = ApiServer(owner, claim, settings.group)
@@ -152,6 +155,8 @@ class Served:
         self._thread.start()
         self._ready.wait()
         if self._error is not None:
+            self._thread.join()
+            self._claim.close()
             raise self._error
 
     def close(self) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from bioscara.api import messages as m
 from bioscara.api.values import scene_of
-from bioscara.errors import InvalidArgumentError, NotSupportedError
+from bioscara.errors import ConflictError, InvalidArgumentError, NotSupportedError
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
@@ -19,12 +19,13 @@ from bioscara.robot.operations.grasp import OPENING, SQUEEZE, Attach, Grasp, Rel
 from bioscara.robot.operations.home import Home
 from bioscara.robot.operations.jog import Jog
 from bioscara.robot.operations.move_gripper import MoveGripper
-from bioscara.robot.operations.operation import OnCycle, Operation
+from bioscara.robot.operations.operation import Cycles, OnCycle, Operation
 from bioscara.robot.operations.power import Disable, DisableGripper, Enable, EnableGripper
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.jog_stream import JogStream, velocity_of
 from bioscara.server.simulation import simulate
+from bioscara.server.table_file import TableFile
 from bioscara.server.uploads import Uploads
 
 _Limits = dict[str, Any]
@@ -43,6 +44,7 @@ class Tasks:
         uploads: Trajectories that came in parts.
         revision: Returns the number of the present workspace.
         conflict: Returns the error for a change of another workspace than the present one.
+        table: The file with the poses.
     """
 
     def __init__(
@@ -52,7 +54,9 @@ class Tasks:
         uploads: Uploads,
         revision: Callable[[], int],
         conflict: Callable[[int], Exception],
+        table: TableFile,
     ) -> None:
+        self._table = table
         self._arm, self._plans, self._uploads = arm, plans, uploads
         self._revision, self._conflict = revision, conflict
         self._makers: dict[type[m.Task], Callable[[Any, _Limits], Operation[Any]]] = {
@@ -143,8 +147,42 @@ class Tasks:
 
         if isinstance(task, m.AttachTask):
             return _CheckedAttach(task, apply)
+        if isinstance(task, m.SetTable) and task.save:
+            return _SavedTable(task, apply, self._table, self._revision)
         name = "detach()" if isinstance(task, m.DetachTask) else name_of(task).replace("set_", "")
         return ChangeWorkspace(name if name.endswith(")") else f"setting {name}", apply)
+
+
+class _SavedTable(ChangeWorkspace):
+    """Replaces the table and its file, or takes over that of another program."""
+
+    def __init__(
+        self,
+        task: m.SetTable,
+        change: Callable[[Workspace], Workspace],
+        file: TableFile,
+        revision: Callable[[], int],
+    ) -> None:
+        super().__init__("setting table", change)
+        self._task, self._file, self._revision = task, file, revision
+        self._taken_over = False
+
+    def prepare(self, arm: Arm) -> None:
+        """Make the new workspace, then save the table: here, as a disk may be slow."""
+        super().prepare(arm)
+        if (other := self._file.save(self._task.table)) is not None:
+            self._workspace = arm.workspace.with_table(other)
+            self._taken_over = True
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Replace the workspace, without a control cycle."""
+        yield from super().cycles(arm)
+        if self._taken_over:
+            raise ConflictError(
+                "another program has changed the file with the poses: the arm has those now; read "
+                "them, and repeat the change",
+                self._revision(),
+            )
 
 
 class _CheckedAttach(Attach):

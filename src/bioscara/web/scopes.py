@@ -57,6 +57,8 @@ _OPERATE = frozenset(
         m.ResumeGoal,
         m.Resume,
         m.SetSpeedOverride,
+        # As simulated faults below.
+        m.SetSimulationSpeed,
         m.AcquireLease,
         m.RenewLease,
         m.ReleaseLease,

@@ -9,6 +9,7 @@ from bioscara.api.runtime import OwnerClaim
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parameters import parameters_from
+from bioscara.cli.teach_table import table_file
 from bioscara.errors import InvalidArgumentError
 from bioscara.robot import Robot
 from bioscara.server import log
@@ -38,6 +39,7 @@ def run(options: Options) -> int:
         bus=options.bus,
         overlay=options.parameters,
         evidence=options.evidence,
+        table=table_file(options),
         group=options.group,
         gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,

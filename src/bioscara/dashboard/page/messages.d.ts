@@ -932,6 +932,7 @@ export interface SetTable {
   kind: "set_table";
   revision?: number | null;
   table: TeachTable;
+  save?: boolean;
 }
 
 export interface SetTool {

@@ -11,6 +11,7 @@ import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
 import { Recovery } from "./health/recovery.js";
 import { benchPanel } from "./panels/bench.js";
+import { filesPanel } from "./panels/files.js";
 import { healthPanel } from "./panels/health.js";
 import { plotsPanel } from "./panels/plots.js";
 import { runPanel } from "./panels/run.js";
@@ -42,6 +43,7 @@ async function begin() {
   buildTabs(app, [
     runPanel,
     teachPanel,
+    filesPanel,
     plotsPanel,
     healthPanel(recovery),
     settingsPanel,

@@ -12,7 +12,7 @@ import { text } from "../texts.js";
 /** Events of the software that are shown for one experiment. */
 const SHOWN = 8;
 /** Events that say nothing about the reaction. */
-const ASIDE = new Set(["client", "gateway", "lease", "workspace", "parameters"]);
+const ASIDE = new Set(["client", "gateway", "lease", "workspace", "parameters", "simulation"]);
 /** Distance of a new obstacle from the joint, as a share of its range. */
 const AHEAD = 0.05;
 
@@ -121,7 +121,7 @@ export class ExperimentCard {
     const { value, initial } = this.experiment;
     if (value === null) return;
     const linear = this.#linear();
-    setText(this.unit, { place: linear ? "mm" : "°", force: linear ? "N" : "N m", rate: "%", share: "%" }[value]);
+    setText(this.unit, { place: linear ? "mm" : "°", force: linear ? "N" : "N m", rate: "%", share: "%", time: "s" }[value]);
     if (value !== "place") {
       this.value.value = String(initial);
       return;

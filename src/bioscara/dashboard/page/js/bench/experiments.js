@@ -4,7 +4,7 @@
  * @typedef {Object} Experiment
  * @property {string} fault Name of the simulated fault, also of its texts.
  * @property {boolean} joint Whether it concerns one joint.
- * @property {"place" | "force" | "rate" | "share" | null} value Which number it needs.
+ * @property {"place" | "force" | "rate" | "share" | "time" | null} value Which number it needs.
  * @property {number} [initial] That number at first, in the unit that people read.
  * @property {{on: number, off: {fault: string, value: number} | null}} switch Value that begins it, unless a person
  *   gives one; and what ends it, null if it ends by itself.
@@ -20,7 +20,7 @@ export const EXPERIMENTS = [
   { fault: "hang", joint: true, value: null, switch: { on: 1, off: { fault: "hang", value: 0 } } },
   { fault: "freeze_encoder", joint: true, value: null, switch: { on: 1, off: { fault: "freeze_encoder", value: 0 } } },
   { fault: "overheat", joint: true, value: null, switch: { on: 1, off: { fault: "overheat", value: 0 } } },
-  { fault: "brown_out", joint: false, value: null, switch: { on: 1, off: null } },
+  { fault: "brown_out", joint: false, value: "time", initial: 0.2, switch: { on: 0, off: null } },
   { fault: "bus_flips", joint: false, value: "rate", initial: 0.01, switch: { on: 0, off: { fault: "bus_flips", value: 0 } } },
   { fault: "bus_loss", joint: false, value: "share", initial: 5, switch: { on: 0, off: { fault: "bus_loss", value: 0 } } },
   { fault: "bus_stuck", joint: false, value: null, switch: { on: 1, off: { fault: "bus_stuck", value: 0 } } },

@@ -12,7 +12,7 @@ const GROUPS = {
   trouble: ["fault", "faults_cleared", "warning", "stop", "gap"],
   goals: ["goal_accepted", "goal_ended", "pause", "resume", "speed_override"],
   people: ["lease", "client", "report", "gateway"],
-  settings: ["workspace", "parameters", "controllers", "owner"],
+  settings: ["workspace", "parameters", "controllers", "owner", "simulation"],
 };
 /** Colours of kinds. @type {Record<string, string>} */
 const COLOURS = { fault: "danger", warning: "warn", stop: "warn", gap: "warn", faults_cleared: "good" };

@@ -91,7 +91,7 @@ export function stepButton(recovery) {
     press.hidden = kind === "stopping";
     setText(press, text(`health.${busy && kind !== "stopping" ? "busy" : "do"}_${kind}`));
     const hindrance = busy ? "" : recovery.hindrance;
-    press.setAttribute("aria-disabled", String(busy || hindrance !== ""));
+    press.setAttribute("aria-disabled", String(busy || recovery.settling || hindrance !== ""));
     setText(note, hindrance || text(`health.about_${kind}`));
   }
   update();

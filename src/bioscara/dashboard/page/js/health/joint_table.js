@@ -62,7 +62,7 @@ export function jointTable(app) {
   const head = h("tr", {}, h("th", { scope: "col", text: text("health.joint") }));
   const body = h("tbody");
   const counted = h("p", { class: "dim" });
-  const table = h("table", { class: "joints" }, h("caption", { class: "hidden-text", text: text("health.joints") }), h("thead", {}, head), body);
+  const table = h("table", { class: "joint-reports" }, h("caption", { class: "hidden-text", text: text("health.joints") }), h("thead", {}, head), body);
   /** @type {Map<string, HTMLElement[]>} */
   const cells = new Map();
 

@@ -59,10 +59,15 @@ export class Recovery {
     return "";
   }
 
+  /** Whether the step has just become the next one, and takes no press yet. */
+  get settling() {
+    return performance.now() - this.changed < GUARD;
+  }
+
   /** Take the next step; a reason why not is shown. */
   async take() {
     const step = this.step;
-    if (!step || step.busy || performance.now() - this.changed < GUARD) return;
+    if (!step || step.busy || this.settling) return;
     if (this.hindrance) {
       this.app.say(this.hindrance, "error");
       return;

@@ -2,6 +2,7 @@
 
 /** @import { App, Panel, PanelView } from "../app.js" */
 /** @import { Experiment } from "../bench/experiments.js" */
+/** @import { SimulationState } from "../../messages.d.ts" */
 
 import { ExperimentCard } from "../bench/card.js";
 import { EXPERIMENTS } from "../bench/experiments.js";
@@ -34,8 +35,8 @@ class Bench {
   constructor(host, app) {
     this.app = app;
     this.visible = false;
-    /** What is on, as far as this page knows: fault and joint, with what ends it. @type {Map<string, {fault: string, joint: string, value: number, name: string}>} */
-    this.running = new Map();
+    /** What the owner simulates now; null if that is not known. @type {SimulationState | null} */
+    this.state = null;
     /** @type {ExperimentCard[]} */
     this.cards = [];
     this.grid = h("div", { class: "bench-grid" });
@@ -47,11 +48,15 @@ class Bench {
     for (const topic of /** @type {const} */ (["lease", "link"])) app.arm.on(topic, () => this.#permit());
     app.arm.on("description", () => this.#build());
     app.arm.on("reset", () => {
-      this.running.clear();
       for (const card of this.cards) card.reset();
-      this.#showRunning();
+      if (this.visible) this.#look();
     });
-    app.arm.on("event", () => { if (this.visible) for (const card of this.cards) card.show(); });
+    app.arm.on("event", () => {
+      if (!this.visible) return;
+      for (const card of this.cards) card.show();
+      // Another page may have begun something.
+      if (app.arm.events.at(-1)?.what === "simulation") this.#look();
+    });
   }
 
   show() {
@@ -63,6 +68,7 @@ class Bench {
       if (card.since === null) card.suggest();
     }
     this.#permit();
+    this.#look();
   }
 
   hide() {
@@ -73,6 +79,7 @@ class Bench {
   get hindrance() {
     const { arm } = this.app;
     if (arm.scope === "view") return text("health.view_only");
+    if (this.state?.available === false) return text("bench.elsewhere");
     return arm.commands ? "" : text("bench.take_control");
   }
 
@@ -117,10 +124,7 @@ class Bench {
     if (!on && !off) return false;
     const done = await this.app.attempt(() => this.#simulate(on ? fault : off?.fault ?? fault, which, on ? value : off?.value ?? 0));
     if (!done) return false;
-    const key = `${fault} ${which}`;
-    if (on && off) this.running.set(key, { ...off, joint: which, name: which ? `${text(`bench.${fault}`)} (${which})` : text(`bench.${fault}`) });
-    else this.running.delete(key);
-    this.#showRunning();
+    await this.#look();
     return true;
   }
 
@@ -135,29 +139,39 @@ class Bench {
     if (end.failure) throw new RequestError(end.failure);
   }
 
-  /** End everything that any page may have begun. */
+  /** End everything that any page has begun. */
   async #allOff() {
-    const names = this.app.arm.joints.map(({ name }) => name);
-    const done = await this.app.attempt(async () => {
-      for (const { joint, switch: { off } } of EXPERIMENTS) {
-        if (!off) continue;
-        for (const name of joint ? names : [""]) await this.#simulate(off.fault, name, off.value);
-      }
-    });
-    if (!done) return;
-    this.running.clear();
-    this.#showRunning();
-    this.app.say(text("bench.all_is_off"));
+    if (await this.app.attempt(() => this.#simulate("clear", "", 0))) this.app.say(text("bench.all_is_off"));
+    await this.#look();
   }
 
-  #showRunning() {
-    const names = [...this.running.values()].map(({ name }) => name);
-    setText(this.on, names.length ? text("bench.on_now", { names: names.join(", ") }) : text("bench.nothing_on"));
+  /** Show what is simulated now, as the owner knows it. */
+  async #look() {
+    try {
+      this.state = await this.app.ask({ kind: "get_simulation" });
+    } catch {
+      // A recording that is replayed, or no connection.
+      this.state = null;
+    }
+    const names = (this.state?.faults ?? []).map(({ fault, joint }) => (joint ? `${nameOf(fault)} (${joint})` : nameOf(fault)));
+    setText(this.on, names.length ? text("bench.on_now", { names: names.join(", ") }) : text(this.state ? "bench.nothing_on" : "bench.unknown"));
+    this.#showSpeed(this.state?.speed ?? NaN);
+    this.#permit();
+  }
+
+  /** @param {number} factor */
+  #showSpeed(factor) {
+    const { speed } = this;
+    if (!speed || Number.isNaN(factor)) return;
+    // Another client may have chosen one that is not in the list.
+    if (![...speed.options].some((option) => Number(option.value) === factor)) speed.append(h("option", { value: factor, text: `× ${factor}` }));
+    speed.value = String(factor);
   }
 
   async #setSpeed() {
     const speed = Number(this.speed?.value);
-    await this.app.attempt(() => this.app.request(/** @type {any} */ ({ kind: "set_simulation_speed", speed })));
+    await this.app.attempt(() => this.app.request({ kind: "set_simulation_speed", speed }));
+    await this.#look();
   }
 
   /** Move a joint there and back, as most faults show only in motion. */
@@ -199,4 +213,13 @@ class Bench {
       `robot.move_joints(goal, velocity_scaling=${SHARE})`, `robot.move_joints(begin, velocity_scaling=${SHARE})`,
     ].join("\n");
   }
+}
+
+/**
+ * Return the name of a fault that people read.
+ *
+ * @param {string} fault
+ */
+function nameOf(fault) {
+  return EXPERIMENTS.some((each) => each.fault === fault) ? text(`bench.${fault}`) : fault;
 }

@@ -1,0 +1,110 @@
+"""The simulation bench: faults begun and ended on the page, and what the software does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from bioscara.web.scopes import Scope
+from dashboard.rig import Site, command, open_page
+from processes import wait_until
+
+pytestmark = pytest.mark.realtime
+
+REAL = """() => {
+    bioscara.arm.description.simulated = false;
+    for (const listener of bioscara.arm.listeners.get("description")) listener();
+}"""
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, left: Site) -> Iterator[Page]:
+    """Return a page that operates the arm, which the tests share."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    opened = open_page(context, left)
+    opened.get_by_role("tab", name="Simulation").click()
+    yield opened
+    assert opened.errors == []  # type: ignore[attr-defined]
+    context.close()
+
+
+def card(page: Page, name: str) -> Locator:
+    """Return the part of the panel about a fault."""
+    return page.get_by_role("region", name=name, exact=True)
+
+
+def recovered(page: Page, site: Site) -> None:
+    """Take all steps out of the faults, as a client does."""
+    page.get_by_role("button", name="All off").click()
+    expect(page.locator("#panel-bench")).to_contain_text("Nothing is simulated to fail")
+    robot = site.robot
+    robot.acquire_lease(force=True)
+    wait_until(lambda: robot.fault_list().state != "stopping", "the arm rests")
+    robot.acknowledge()
+    robot.recover()
+    robot.enable()
+    robot.release_lease()
+
+
+def test_an_obstacle_stops_the_arm_and_the_page_tells_how(page: Page, left: Site) -> None:
+    expect(page.locator("#panel-bench")).to_contain_text("This arm is simulated.")
+    left.robot.enable()
+    left.robot.release_lease()
+    command(page)
+    obstacle = card(page, "Obstacle")
+    expect(obstacle).to_contain_text("Expected: A joint that runs into it stalls")
+    here = left.robot.state.positions[0]
+    obstacle.locator("input").fill(str(57.2958 * (here + 0.1)))
+    obstacle.get_by_role("button", name="Begin").click()
+    expect(page.locator("#panel-bench")).to_contain_text("On now: Obstacle (j1).")
+    page.get_by_role("button", name="Move it there and back").click()
+    expect(obstacle.locator("li", has_text="STALL: j1").first).to_be_visible(timeout=10000)
+    assert left.robot.faults[0].kind.name == "STALL"
+    assert left.robot.state.positions[0] == pytest.approx(here + 0.1, abs=0.02)
+    recovered(page, left)
+    before = left.robot.state.positions[0]
+    command(page)
+    page.get_by_role("button", name="Move it there and back").click()
+    wait_until(lambda: left.robot.state.positions[0] > before + 0.15, "the obstacle is away")
+    wait_until(lambda: not left.robot.is_moving, "the motion has ended")
+
+
+def test_the_code_of_a_control_does_the_same(page: Page, left: Site) -> None:
+    cut = card(page, "Power cut of all motors")
+    code = cut.locator("button.copy-python").evaluate("(button) => button.python()")
+    assert code == 'robot.simulate_fault("motor_power", "", 0.0)'
+    left.robot.acquire_lease(force=True)
+    exec(code, {"robot": left.robot})
+    wait_until(lambda: left.robot.faults != (), "the fault")
+    assert left.robot.faults[0].kind.name == "POWER_LOST"
+    left.robot.release_lease()
+    command(page)
+    recovered(page, left)
+
+
+def test_the_time_of_the_arm_passes_as_fast_as_is_chosen(page: Page, left: Site) -> None:
+    if not page.evaluate("bioscara.arm.commands"):
+        command(page)
+    speed = page.get_by_label("Speed of time").last
+    speed.select_option("10")
+    expect(page.locator("#panel-bench")).to_contain_text("Nothing is simulated to fail")
+    begin = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
+    page.wait_for_timeout(300)
+    end = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
+    assert (end[0] - begin[0]) / (end[1] - begin[1]) * 1e3 > 4
+    speed.select_option("1")
+    wait_until(lambda: page.evaluate("bioscara.arm.link") == "live", "the values are fresh")
+
+
+def test_who_looks_only_can_let_nothing_fail(browser: Browser, left: Site) -> None:
+    with browser.new_context(viewport={"width": 390, "height": 844}) as context:
+        page = open_page(context, left, Scope.VIEW)
+        page.get_by_role("tab", name="Simulation").click()
+        expect(page.locator("#panel-bench")).to_contain_text("Signed in to look")
+        expect(card(page, "Push").get_by_role("button", name="Begin")).to_be_disabled()
+        expect(page.get_by_role("button", name="All off")).to_be_disabled()
+        # Not for a real arm.
+        page.evaluate(REAL)
+        expect(page.get_by_role("tab", name="Simulation")).to_be_hidden()

@@ -1,0 +1,139 @@
+"""Faults on the page with the way out of them, and the state of joints, loop and controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from bioscara.web.scopes import Scope
+from dashboard.rig import Site, command, open_page, wait_for_state
+from processes import wait_until
+
+pytestmark = pytest.mark.realtime
+
+STEP = "#faults button.step"
+MARKUP = "<img src=x onerror=\"document.title='hurt'\">"
+GAP = """bioscara.connection.handlers.get("event")[0]({
+    kind: "event", number: bioscara.arm.lastEvent, time: 0, wall: 0, what: "gap",
+    text: "7 events are not kept any more", client: "", goal: null, fault: null, lease: null,
+})"""
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, left: Site) -> Iterator[Page]:
+    """Return a page that operates the arm, which the tests share."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    opened = open_page(context, left)
+    yield opened
+    assert opened.errors == []  # type: ignore[attr-defined]
+    context.close()
+
+
+def simulate(page: Page, fault: str, joint: str, value: float = 1.0) -> None:
+    """Let the simulated arm fail, as the page's bench does."""
+    if not page.evaluate("bioscara.arm.commands"):
+        command(page)
+    page.evaluate(
+        "async (task) => bioscara.ended((await bioscara.start(task)).goal)",
+        {"kind": "simulate_fault", "fault": fault, "joint": joint, "value": value},
+    )
+
+
+def take(page: Page, step: str) -> None:
+    """Press the button of the next step, which has a name."""
+    page.locator(f'{STEP}[aria-disabled="false"]', has_text=step).click()
+
+
+def test_each_fault_leads_step_by_step_to_an_enabled_arm(page: Page, left: Site) -> None:
+    robot = left.robot
+    if not page.evaluate("bioscara.arm.commands"):
+        command(page)
+    page.evaluate("async () => bioscara.ended((await bioscara.start({kind: 'enable'})).goal)")
+    before = robot.state.positions
+    simulate(page, "reset", "j3")
+    strip = page.locator("#faults .strip")
+    expect(strip).to_contain_text("JOINT_RESET j3")
+    expect(strip).to_contain_text("check the joint's supply, then home it again")
+    wait_for_state(page, "fault")
+    # A double click takes one step.
+    page.locator(f'{STEP}[aria-disabled="false"]', has_text="Acknowledge").dblclick()
+    expect(strip).to_contain_text("Acknowledged is not cleared")
+    assert robot.fault_list().state == "acknowledged"
+    page.get_by_role("tab", name="Health").click()
+    link = page.get_by_role("link", name="Flight record")
+    evidence = page.request.get(link.evaluate("(link) => link.href"))
+    assert evidence.body().startswith(b"\x89MCAP")
+    take(page, "Recover")
+    expect(strip).to_contain_text("Not homed: j3")
+    assert robot.faults == ()
+    assert not robot.is_enabled
+    take(page, "Enable")
+    expect(strip).to_have_count(0)
+    assert robot.is_enabled
+    after = robot.state.positions
+    assert [after[joint] for joint in (0, 1, 3)] == pytest.approx(
+        [before[joint] for joint in (0, 1, 3)], abs=1e-3
+    )
+
+
+def test_a_page_that_looks_sees_the_fault_and_takes_no_step(
+    browser: Browser, page: Page, left: Site
+) -> None:
+    simulate(page, "overheat", "j1")
+    try:
+        with browser.new_context(viewport={"width": 390, "height": 844}) as context:
+            viewer = open_page(context, left, Scope.VIEW)
+            expect(viewer.locator("#faults .strip")).to_contain_text("OVERTEMPERATURE j1")
+            wait_until(lambda: left.robot.fault_list().state == "latched", "the arm rests")
+            expect(viewer.locator("#faults")).to_contain_text("Signed in to look")
+            viewer.locator(STEP).click(force=True)
+            assert left.robot.fault_list().state == "latched"
+            viewer.locator("#faults button.link").click()
+            expect(viewer.locator("#panel-health .fault dd").first).to_be_visible()
+    finally:
+        simulate(page, "overheat", "j1", 0)
+    take(page, "Acknowledge")
+    take(page, "Recover")
+    wait_until(lambda: left.robot.faults == (), "the faults are cleared")
+
+
+def test_the_joints_tell_what_the_owner_knows_of_them(page: Page, left: Site) -> None:
+    page.get_by_role("tab", name="Health").click()
+    table = page.locator("table.joint-reports")
+    expect(table.locator("tr", has_text="Frames refused").locator("td").first).to_have_text("0")
+    for joint, report in enumerate(left.robot.joint_reports().joints):
+        cells = {
+            row.locator("th").inner_text(): row.locator("td").nth(joint).inner_text()
+            for row in table.locator("tbody tr").all()
+        }
+        assert report.boot_id is not None
+        assert cells["Boot id"] == f"0x{report.boot_id:04x}"
+        assert cells["Firmware"] == f"{report.firmware}, protocol {report.protocol}"
+    hot = table.locator("tr", has_text="Temperature").locator("td")
+    expect(hot).to_have_text(["no warning"] * 4)
+    loop = page.locator("section", has_text="Control loop and bus")
+    expect(loop.locator("tr", has_text="Late by").locator("td").last).to_have_text("60 ms")
+    page.locator("summary", has_text="Controllers and hardware").click()
+    row = page.locator("tr", has_text="arm.joint_state_broadcaster")
+    expect(row.locator(".badge")).to_have_text("active")
+
+
+def test_events_are_found_by_kind_and_words_and_a_gap_is_never_hidden(page: Page) -> None:
+    page.get_by_role("tab", name="Health").click()
+    page.evaluate("(text) => bioscara.ask({kind: 'report', text})", MARKUP)
+    rows = page.locator("ol.events li")
+    expect(rows.first).to_contain_text(MARKUP)
+    assert page.locator("#panel-health img").count() == 0
+    kind = page.get_by_label("Kind of event")
+    kind.select_option("trouble")
+    expect(rows.filter(has_text=MARKUP)).to_have_count(0)
+    kind.select_option("people")
+    page.get_by_label("Search in events").fill("ONERROR report")
+    expect(rows).to_have_count(1)
+    page.evaluate(GAP)
+    expect(rows).to_have_count(2)
+    expect(rows.first).to_contain_text("7 events are not kept any more")
+    kind.select_option("goals")
+    expect(rows).to_have_count(1)

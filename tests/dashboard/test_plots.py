@@ -1,0 +1,132 @@
+"""Plots of what was before the page was opened and of what happens, and their export."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from dashboard.rig import Site, open_page
+from processes import wait_until
+from served import HALF
+
+pytestmark = pytest.mark.realtime
+
+COUNT_LINES = """() => {
+    const { stroke } = CanvasRenderingContext2D.prototype;
+    window.lines = 0;
+    CanvasRenderingContext2D.prototype.stroke = function (...words) {
+        if (this.canvas.closest(".plot")) window.lines += 1;
+        return stroke.apply(this, words);
+    };
+}"""
+RING = """async () => {
+    const { Ring } = await import("/js/plots/ring.js");
+    const ring = new Ring(4, 1);
+    const { buffer } = ring.columns[0];
+    for (const time of [1, 2, 2, 3, 1, 4, 5, 6]) {
+        ring.push(time, () => (time === 5 ? null : 10 * time));
+    }
+    const kept = ring.copy();
+    ring.push(7, () => 70);
+    return [kept, ring.rows()].map(({ times, columns }) => [[...times], [...columns[0]]])
+        .concat([[ring.columns[0].buffer === buffer]]);
+}"""
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, left: Site) -> Iterator[Page]:
+    """Return a page, opened after the arm has moved, which the tests share."""
+    left.robot.move_joints((HALF[0] + 0.3, *HALF[1:]))
+    left.robot.move_joints(HALF)
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    opened = open_page(context, left)
+    opened.get_by_role("tab", name="Plots").click()
+    expect(opened.locator(".plot canvas")).to_have_count(len(opened.locator(".plot").all()))
+    yield opened
+    assert opened.errors == []  # type: ignore[attr-defined]
+    context.close()
+
+
+def table(page: Page) -> dict[str, list[float]]:
+    """Return the values in view, as the page saves them."""
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save CSV").click()
+    with Path(download.value.path()).open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [float(row[name] or "nan") for row in rows] for name in rows[0]}
+
+
+def test_the_plots_begin_before_the_page_was_opened(page: Page, left: Site) -> None:
+    found = table(page)
+    time, turned = found["time [s]"], found["j1 position [rad]"]
+    assert max(turned) == pytest.approx(HALF[0] + 0.3, abs=2e-3)
+    assert time == sorted(time)
+    assert turned[-1] == pytest.approx(left.robot.state.positions[0], abs=1e-4)
+    speeds = [value for value in found["j1 velocity [rad/s]"] if not math.isnan(value)]
+    assert max(map(abs, speeds)) > 0.1
+    assert 1e-3 < max(found["bus [s]"]) < 0.01
+    page.wait_for_timeout(300)
+    assert table(page)["time [s]"][-1] > time[-1]
+
+
+def test_a_pause_holds_what_is_seen_and_a_drag_zooms(page: Page) -> None:
+    page.get_by_role("button", name="Pause").click()
+    held = table(page)["time [s]"]
+    box = page.locator(".plot .u-over").first.bounding_box()
+    assert box is not None
+    middle = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + box["width"] * 0.90, middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.95, middle, steps=4)
+    page.mouse.up()
+    seen = table(page)["time [s]"]
+    assert seen[-1] - seen[0] == pytest.approx(0.05 * 60, rel=0.1)
+    assert held[0] <= seen[0]
+    assert seen[-1] <= held[-1]
+    page.get_by_role("button", name="Zoom out").click()
+    wider = table(page)["time [s]"]
+    assert wider[-1] - wider[0] == pytest.approx(2 * (seen[-1] - seen[0]), rel=0.15)
+    page.get_by_role("button", name="Continue").click()
+    assert table(page)["time [s]"][-1] > held[-1]
+
+
+def test_only_what_is_chosen_is_plotted_and_saved(page: Page) -> None:
+    joint, velocity = page.get_by_label("j2", exact=True), page.get_by_label("Velocity", exact=True)
+    joint.uncheck()
+    velocity.uncheck()
+    names = set(table(page))
+    assert "j1 position [rad]" in names
+    assert not any("j2" in name or "velocity" in name for name in names)
+    joint.focus()
+    page.keyboard.press("Space")
+    velocity.check()
+    assert {"j2 position [m]", "j2 velocity [m/s]"} <= set(table(page))
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save PNG").click()
+    assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
+
+
+def test_plots_that_are_not_seen_are_not_drawn(page: Page) -> None:
+    page.evaluate(COUNT_LINES)
+    wait_until(lambda: page.evaluate("window.lines") > 20, "the plots are drawn")
+    page.get_by_role("tab", name="Health").click()
+    page.evaluate("window.lines = 0")
+    page.wait_for_timeout(500)
+    assert page.evaluate("window.lines") == 0
+    page.get_by_role("tab", name="Plots").click()
+    wait_until(lambda: page.evaluate("window.lines") > 20, "the plots are drawn")
+
+
+def test_the_rows_are_kept_in_arrays_that_do_not_grow(page: Page) -> None:
+    held, now, same = page.evaluate(RING)
+    assert held[0] == [3, 4, 5, 6]
+    assert held[1][:2] == [30, 40]
+    assert math.isnan(held[1][2])
+    assert now[0] == [4, 5, 6, 7]
+    assert now[1][-1] == 70
+    assert same == [True]
