@@ -57,6 +57,7 @@ TEACH_FILE = ("tests/robot/workspace/test_teach_table.py",)
 GREETING = ("tests/drivers/link/test_handshake.py",)
 ORIGINAL = ("tests/drivers/link/test_original.py", "tests/hardware/test_original_joints.py")
 SOCKET = ("tests/sim/test_socket_bus.py",)
+JOGS = ("tests/server/test_jogs.py",)
 EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
 EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
 EMULATED_BOOTLOADER = ("tests/firmware/test_emulated_bootloader.py",)
@@ -1707,6 +1708,69 @@ MUTANTS = (
         "self.cycle is None",
         "False",
         WEB_GATEWAY,
+    ),
+    Mutant(
+        "owner: a jog whose client falls silent expires",
+        "JogStream._require_fresh",
+        "self._clock() - self._at > self._expiry",
+        "False",
+        JOGS,
+    ),
+    Mutant(
+        "owner: a late velocity of a jog is refused",
+        "JogStream.set",
+        "self._require_fresh()",
+        "pass",
+        JOGS,
+    ),
+    Mutant(
+        "owner: the end of a jog decelerates at once",
+        "Jog.cycles",
+        "stack.jog.cancel(now)",
+        "pass",
+        JOGS,
+    ),
+    Mutant(
+        "owner: a history keeps the largest value",
+        "history._thinned",
+        "np.maximum(low, high)",
+        "np.minimum(low, high)",
+        ("tests/server/test_history.py",),
+    ),
+    Mutant(
+        "owner: poses of another program are not overwritten",
+        "TableFile.save",
+        "there != known",
+        "False",
+        ("tests/server/test_table_file.py",),
+    ),
+    Mutant(
+        "owner: poses that a change removes are kept",
+        "TableFile.save",
+        "_names(there) - _names(table)",
+        "False",
+        ("tests/server/test_table_file.py",),
+    ),
+    Mutant(
+        "owner: a client that confirms nothing gets no queue",
+        "_Subscription.full",
+        "0 < self.ahead <= len(self.unconfirmed)",
+        "False",
+        ("tests/server/test_samples.py",),
+    ),
+    Mutant(
+        "owner: the speed of a simulation is bounded",
+        "Simulation.set_speed",
+        "not SLOWEST <= speed <= FASTEST",
+        "False",
+        ("tests/server/test_simulation.py",),
+    ),
+    Mutant(
+        "simulation: clear ends what disturbs the bus",
+        "Bench._disturb",
+        "injection.cancel()",
+        "pass",
+        ("tests/sim/test_bench.py",),
     ),
 )
 
