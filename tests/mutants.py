@@ -57,6 +57,7 @@ TEACH_FILE = ("tests/robot/workspace/test_teach_table.py",)
 GREETING = ("tests/drivers/link/test_handshake.py",)
 ORIGINAL = ("tests/drivers/link/test_original.py", "tests/hardware/test_original_joints.py")
 SOCKET = ("tests/sim/test_socket_bus.py",)
+JOGS = ("tests/server/test_jogs.py",)
 EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
 EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
 EMULATED_BOOTLOADER = ("tests/firmware/test_emulated_bootloader.py",)
@@ -70,6 +71,7 @@ INTERLEAVINGS = ("tests/server/test_interleavings.py",)
 HOSTILE = "tests/server/test_hostile_clients.py"
 LINK = "tests/remote/test_link.py"
 WEB_ROUTES = ("tests/web/test_every_route.py",)
+WEB_ANSWERS = ("tests/web/routes/test_dashboard_routes.py",)
 WEB_SIGN_IN = ("tests/web/test_sign_in.py",)
 WEB_RELAY = ("tests/web/test_relay.py",)
 WEB_TOKENS = ("tests/web/test_tokens.py",)
@@ -1570,7 +1572,7 @@ MUTANTS = (
     Mutant(
         "web: requests are counted",
         "Guard._checked",
-        "not self._requests.take(_requester(credential, address))",
+        'not self._limits(scope["path"]).take(_requester(credential, address))',
         "False",
         WEB_SIGN_IN,
     ),
@@ -1583,7 +1585,7 @@ MUTANTS = (
     ),
     Mutant(
         "web: a sign-in is counted",
-        "app._add_session",
+        "session.add",
         "not app.state.sign_ins.take(address)",
         "False",
         WEB_SIGN_IN,
@@ -1597,16 +1599,16 @@ MUTANTS = (
     ),
     Mutant(
         "web: the cookie is not for scripts",
-        "app._add_session",
+        "session.add",
         'max_age=round(LIFETIME), path="/", secure=settings.tls, httponly=True',
         'max_age=round(LIFETIME), path="/", secure=settings.tls, httponly=False',
         WEB_SIGN_IN,
     ),
     Mutant(
         "web: a message needs its scope",
-        "Relay._pass",
-        "needed > self._client.scope",
-        "False",
+        "Relay._beyond_scope",
+        "needed <= self._client.scope",
+        "True",
         WEB_RELAY,
     ),
     Mutant(
@@ -1622,6 +1624,34 @@ MUTANTS = (
         'f"web {self._client.scope.name} {session}"',
         'f"web {session}"',
         WEB_RELAY,
+    ),
+    Mutant(
+        "web: a long body is refused",
+        "http.received",
+        "len(body) > longest",
+        "False",
+        WEB_ANSWERS,
+    ),
+    Mutant(
+        "web: few bodies arrive at once",
+        "http.body_of",
+        "len(arriving) >= _BODIES",
+        "False",
+        WEB_ANSWERS,
+    ),
+    Mutant(
+        "web: a recording is looked up in a list",
+        "Recordings.path_of",
+        "path.name == name",
+        "True",
+        ("tests/dashboard/test_recordings.py",),
+    ),
+    Mutant(
+        "web: an address that is announced leads to a page",
+        "gateway_pages.page_of",
+        "_URL.fullmatch(url)",
+        "True",
+        ("tests/web/test_served_arms.py",),
     ),
     Mutant(
         "web: messages are counted",
@@ -1678,6 +1708,69 @@ MUTANTS = (
         "self.cycle is None",
         "False",
         WEB_GATEWAY,
+    ),
+    Mutant(
+        "owner: a jog whose client falls silent expires",
+        "JogStream._require_fresh",
+        "self._clock() - self._at > self._expiry",
+        "False",
+        JOGS,
+    ),
+    Mutant(
+        "owner: a late velocity of a jog is refused",
+        "JogStream.set",
+        "self._require_fresh()",
+        "pass",
+        JOGS,
+    ),
+    Mutant(
+        "owner: the end of a jog decelerates at once",
+        "Jog.cycles",
+        "stack.jog.cancel(now)",
+        "pass",
+        JOGS,
+    ),
+    Mutant(
+        "owner: a history keeps the largest value",
+        "history._thinned",
+        "np.maximum(low, high)",
+        "np.minimum(low, high)",
+        ("tests/server/test_history.py",),
+    ),
+    Mutant(
+        "owner: poses of another program are not overwritten",
+        "TableFile.save",
+        "there != known",
+        "False",
+        ("tests/server/test_table_file.py",),
+    ),
+    Mutant(
+        "owner: poses that a change removes are kept",
+        "TableFile.save",
+        "_names(there) - _names(table)",
+        "False",
+        ("tests/server/test_table_file.py",),
+    ),
+    Mutant(
+        "owner: a client that confirms nothing gets no queue",
+        "_Subscription.full",
+        "0 < self.ahead <= len(self.unconfirmed)",
+        "False",
+        ("tests/server/test_samples.py",),
+    ),
+    Mutant(
+        "owner: the speed of a simulation is bounded",
+        "Simulation.set_speed",
+        "not SLOWEST <= speed <= FASTEST",
+        "False",
+        ("tests/server/test_simulation.py",),
+    ),
+    Mutant(
+        "simulation: clear ends what disturbs the bus",
+        "Bench._disturb",
+        "injection.cancel()",
+        "pass",
+        ("tests/sim/test_bench.py",),
     ),
 )
 

@@ -11,7 +11,8 @@ import pytest
 TESTS = Path(__file__).parent
 PAGE = TESTS.parent / "docs" / "requirements.md"
 RULES = re.compile(r"test_rule((?:_(?:and_)?\d\d)+)_")
-OTHERS = re.compile(r"test_((?:(?:hz|bus|fw|mec|host|pln|usr)\d+_)+)")
+OTHERS = re.compile(r"test_((?:(?:(?:hz|bus|fw|mec|host|pln|usr)\d+|jog_r\d+|stop_s\d+)_)+)")
+IDENTIFIER = re.compile(r"[a-z]+\d+|jog_r\d+|stop_s\d+")
 STATES = re.compile(r"held|(?:held in part|open): \S.*")
 
 
@@ -28,7 +29,7 @@ def identifiers(test: str) -> list[str]:
     if found := RULES.match(test):
         return [f"rule_{number}" for number in re.findall(r"\d\d", found[1])]
     found = OTHERS.match(test)
-    return found[1].rstrip("_").split("_") if found else []
+    return IDENTIFIER.findall(found[1]) if found else []
 
 
 def defined_tests() -> dict[str, set[str]]:
@@ -102,4 +103,6 @@ def test_identifiers_are_read_from_names() -> None:
     assert identifiers("test_rule_56_and_57_hardware") == ["rule_56", "rule_57"]
     assert identifiers("test_rule_61_62_hardware") == ["rule_61", "rule_62"]
     assert identifiers("test_usr1_usr2_power") == ["usr1", "usr2"]
+    assert identifiers("test_jog_r3_jog_r10_it_ends") == ["jog_r3", "jog_r10"]
+    assert identifiers("test_stop_s1_it_stops") == ["stop_s1"]
     assert identifiers("test_version_1_answers") == identifiers("test_j1_homes") == []

@@ -83,3 +83,16 @@ def test_the_trajectories_of_the_latest_goals_are_kept_and_the_results_of_more(
                 link.request(m.GetTrajectories(last - 3))
         finally:
             link.close()
+
+
+def test_old_goals_that_followed_a_clients_trajectory_do_not_keep_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(goals, "TRAJECTORIES", 1)
+    with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
+        for turn in range(6):
+            robot.execute(robot.plan.move_joints((HALF[0] + 0.01 * (turn % 2 + 1), *HALF[1:])))
+        assert len(served.owner.goals.all) >= 6
+        gc.collect()
+        # Of the client's last requests and the last goal.
+        assert sum(isinstance(each, m.Follow) for each in gc.get_objects()) <= 2

@@ -122,6 +122,17 @@ def test_a_speed_that_cannot_be_is_refused() -> None:
         assert served.robot.arm.session.clock.speed == 50.0  # type: ignore[attr-defined]
 
 
+def test_a_program_chooses_faults_and_speed() -> None:
+    with arm_served() as served, Robot.connect(f"arm:{NAME}") as robot:
+        robot.simulate_fault("push", "j1", 1.0)
+        robot.set_simulation_speed(20.0)
+        state = robot.simulation
+        assert state.speed == served.robot.arm.session.clock.speed == 20.0  # type: ignore[attr-defined]
+        assert [(each.fault, each.joint) for each in state.faults] == [("push", "j1")]
+        robot.simulate_fault("clear")
+        assert robot.simulation.faults == ()
+
+
 def test_an_arm_that_is_simulated_elsewhere_refuses() -> None:
     with runtime_folder() as folder, own_robot(folder / "faults") as robot:
         # As the owner sees every arm that it does not simulate.

@@ -342,13 +342,30 @@ class RemoteRobot:
             fault: What fails; docs/api.md has the names, at ``simulate_fault``.
             joint: The joint; empty for faults of the whole arm.
             value: Whether it is on, 1 or 0; the position of an obstacle [rad or m]; the torque
-                [N m] or, on ``j2``, the force [N] of a push.
+                [N m] or, on ``j2``, the force [N] of a push; docs/simulation.md has the others.
 
         Raises:
             NotSupportedError: The arm is real.
             InvalidArgumentError: There is no such fault or joint, or the value is not possible.
         """
         self._do(m.SimulateFault(fault, joint, value))
+
+    @property
+    def simulation(self) -> m.SimulationState:
+        """The simulated faults that last, and the speed of simulated time."""
+        return self._ask(m.GetSimulation(), m.SimulationState)
+
+    def set_simulation_speed(self, speed: float) -> None:
+        """Let the time of a simulated arm pass faster or slower, also while it moves.
+
+        Args:
+            speed: Simulated time in a second of real time, 0.1 to 20.
+
+        Raises:
+            NotSupportedError: The arm is real, or simulated by another process.
+            LimitError: The speed is outside its range.
+        """
+        self._command(m.SetSimulationSpeed(speed))
 
     @property
     def workspace(self) -> Workspace:

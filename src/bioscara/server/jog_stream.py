@@ -48,7 +48,7 @@ class JogStream:
         self._lock = threading.Lock()
         self._velocity: Velocity = JointVelocity() if velocity is None else velocity
         self._at = -math.inf if expiry is None and velocity is None else clock()
-        self._ended = self._expired = False
+        self._ended = False
 
     def set(self, velocity: Velocity) -> None:
         """Set the velocity from now on.
@@ -82,11 +82,10 @@ class JogStream:
             return self._velocity
 
     def _require_fresh(self) -> None:
-        """Raise if the jog has expired; decided once, in whichever thread looks first."""
+        """Raise if the jog has expired: for ever, as no velocity is taken from then on."""
         if self._expiry is None or self._ended:
             return
-        self._expired = self._expired or self._clock() - self._at > self._expiry
-        if self._expired:
+        if self._clock() - self._at > self._expiry:
             raise JogExpiredError(
                 f"the jog expired: no velocity arrived for {self._expiry:g} s, and the arm was "
                 "brought to rest; begin another jog",

@@ -51,7 +51,8 @@ class FollowTrajectory(Operation[None]):
         on_cycle: OnCycle | None = None,
     ) -> None:
         super().__init__(name, timeout=timeout, on_cycle=on_cycle)
-        self._make_plan, self._approach = plan, flag("approach", approach)
+        self._make_plan: MakePlan | None = plan
+        self._approach = flag("approach", approach)
         self.plan: Plan | None = None
         self._goals: list[tuple[PreparedGoal, Phase, float]] = []
         self._ramp: Trajectory | None = None
@@ -75,7 +76,9 @@ class FollowTrajectory(Operation[None]):
     def prepare(self, arm: Arm) -> None:
         """Plan the motion and a ramp to its start."""
         planner = Planner(arm.workspace, arm.positions)
-        self.plan = self._make_plan(planner)
+        make_plan = self._make_plan
+        assert make_plan is not None  # noqa: S101  an operation is begun once
+        self.plan = make_plan(planner)
         trajectory = self.plan.trajectory
         self._ramp = self._ramp_to(trajectory, planner)
         # Here, as a cycle that had to do this would be late.
@@ -102,7 +105,7 @@ class FollowTrajectory(Operation[None]):
     def _end(self, error: BaseException | None) -> None:
         super()._end(error)
         # A thousand operations may be kept, with a thousand points each.
-        self._goals = []
+        self._goals, self._make_plan = [], None
 
     def forget(self) -> None:
         """Drop the plan and its trajectories too."""

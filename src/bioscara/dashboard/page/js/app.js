@@ -42,6 +42,8 @@ export class App {
     this.messageListeners = [];
     /** Called when a jog, or whatever else is held, has to end. @type {((why: string) => void)[]} */
     this.interrupts = [];
+    /** How often that was: what waits for an answer before it moves the arm compares it. */
+    this.interruptions = 0;
     /** A plan, or another trajectory, that the view shows; null for none. @type {Preview | null} */
     this.preview = null;
     /** @type {(() => void)[]} */
@@ -135,6 +137,7 @@ export class App {
    * @param {string} why Why, for messages.
    */
   interrupt(why) {
+    this.interruptions += 1;
     for (const listener of this.interrupts) listener(why);
   }
 

@@ -53,6 +53,8 @@ export class Arm {
     this.epoch = null;
     /** How this page lost the lease: given back, by a break of the connection, or ended by the owner. @type {"" | "given" | "broken" | "ended"} */
     this.loss = "";
+    /** Whether it has been asked for. */
+    this.acquiring = false;
     /** Newest last. @type {Event[]} */
     this.events = [];
     /** By number, oldest first. @type {Map<number, GoalValue>} */
@@ -214,11 +216,16 @@ export class Arm {
    */
   async acquire(force = false) {
     if (this.mismatch) throw new MismatchError(text("refusal.mismatch"));
-    const result = await this.connection.request({ kind: "acquire_lease", time_to_live: 2, force });
-    this.epoch = result.lease.epoch;
-    this.lease = result.lease;
-    this.loss = "";
-    this.#tell("lease");
+    this.acquiring = true;
+    try {
+      const result = await this.connection.request({ kind: "acquire_lease", time_to_live: 2, force });
+      this.epoch = result.lease.epoch;
+      this.lease = result.lease;
+      this.loss = "";
+    } finally {
+      this.acquiring = false;
+      this.#tell("lease");
+    }
   }
 
   /** Give the lease back. */

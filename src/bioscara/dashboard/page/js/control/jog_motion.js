@@ -1,6 +1,6 @@
 // What a jog moves: axes, velocities, steps, and their Python code. Knows no page.
 
-/** @import { AnyTask, Description, StateSample, WorkspaceState } from "../../messages.d.ts" */
+/** @import { Description, StateSample, WorkspaceState } from "../../messages.d.ts" */
 /** @import { Velocity } from "./hold.js" */
 
 import { DEGREE, MM } from "../format.js";
@@ -11,8 +11,10 @@ export const FASTEST = 0.25;
 export const USUAL = 0.025;
 /** Least radius that a rotation counts with [m]: a hand that turns on the spot is quick at its ends. */
 const LEAST_RADIUS = 0.1;
-/** Least share of the speed limits that a step uses. */
-const LEAST_SCALING = 0.01;
+/** Least share of the speed limits that a motion may use. */
+const LEAST_SCALING = 0.001;
+/** Highest speed of a smooth motion from rest to rest, over its mean speed. */
+const PEAK = 1.9;
 
 /** @typedef {"joints" | "tool"} Mode */
 /** @typedef {{id: string, angular: boolean, plus: string, minus: string}} Axis */
@@ -94,18 +96,18 @@ function yawSpeed(known, speed) {
  * @param {Mode} mode Whether a joint or the tool is moved.
  * @param {number} index Of the axis.
  * @param {number} size Signed size, in mm or degrees.
- * @param {number} speed Speed of the tool [m/s].
+ * @param {number} share Share of the speed limits.
  * @param {Known} known The arm.
  * @param {number} frame Direction of the frame's x axis in the base [rad], for the tool.
- * @returns {AnyTask | null} The task.
+ * @returns {import("../../messages.d.ts").MoveRelative | import("../../messages.d.ts").MoveJoints | null} The task.
  */
-export function stepTask(mode, index, size, speed, known, frame) {
-  const step = size * (AXES[mode][index].angular ? DEGREE : MM);
+export function stepTask(mode, index, size, share, known, frame) {
+  const step = size * unitOf(mode, index);
   if (mode === "tool") {
     const along = [0, 0, 0, 0];
     along[index] = step;
     const [x, y] = turned(along[0], along[1], frame);
-    return { kind: "move_relative", x, y, z: along[2], yaw: along[3], velocity_scaling: scaling(speed / FASTEST) };
+    return { kind: "move_relative", x, y, z: along[2], yaw: along[3], velocity_scaling: share };
   }
   const { sample, description } = known;
   if (!sample || !description) return null;
@@ -113,8 +115,25 @@ export function stepTask(mode, index, size, speed, known, frame) {
   const goal = sample.names.map((_, each) => sample.commands[each] ?? sample.positions[each]);
   if (goal.some((position) => position === null)) return null;
   goal[index] += step;
-  const share = jointSpeed(known, index, speed) / description.parameters.joints[index].max_velocity;
-  return { kind: "move_joints", goal, velocity_scaling: scaling(share) };
+  return { kind: "move_joints", goal, velocity_scaling: share };
+}
+
+/**
+ * Return the share of the speed limits with which a step keeps to a speed.
+ *
+ * @param {Mode} mode Whether a joint or the tool is moved.
+ * @param {number} index Of the axis.
+ * @param {number} size Signed size, in mm or degrees.
+ * @param {number} speed Speed of the tool [m/s].
+ * @param {Known} known The arm.
+ * @param {number} fastest Duration of the step with all of the limits [s].
+ * @returns {number} The share.
+ */
+export function stepShare(mode, index, size, speed, known, fastest) {
+  const angular = AXES[mode][index].angular;
+  const pace = mode === "joints" ? jointSpeed(known, index, speed) : angular ? yawSpeed(known, speed) : speed;
+  const duration = (PEAK * Math.abs(size) * unitOf(mode, index)) / pace;
+  return Math.min(Math.max(fastest / duration, LEAST_SCALING), 1);
 }
 
 /**
@@ -125,15 +144,16 @@ export function stepTask(mode, index, size, speed, known, frame) {
  * @param {number} size Signed size, in mm or degrees; 1 or -1 for a hold.
  * @param {boolean} held Whether it is held.
  * @param {number} speed Speed of the tool [m/s].
+ * @param {number} share Share of the speed limits, of a step.
  * @param {Known} known The arm.
  * @param {number} frame Direction of the frame's x axis in the base [rad], for the tool.
  * @returns {string} The code.
  */
-export function jogCode(mode, index, size, held, speed, known, frame) {
+export function jogCode(mode, index, size, held, speed, share, known, frame) {
   if (held) {
-    const share = [0, 0, 0, 0];
-    share[index] = Math.sign(size);
-    const velocity = velocityOf(mode, share, speed, known, frame);
+    const along = [0, 0, 0, 0];
+    along[index] = Math.sign(size);
+    const velocity = velocityOf(mode, along, speed, known, frame);
     const names = mode === "joints" ? ["j1", "j2", "j3", "j4"] : ["x", "y", "z", "yaw"];
     const values = "joints" in velocity ? velocity.joints : velocity.tool;
     const words = names.map((name, each) => [name, values[each]]).filter(([, value]) => value !== 0);
@@ -141,7 +161,7 @@ export function jogCode(mode, index, size, held, speed, known, frame) {
     const kind = mode === "joints" ? "JointVelocity" : "ToolVelocity";
     return `import time\n\nend = time.monotonic() + 1.0\nrobot.jog(lambda: ${kind}(${given}) if time.monotonic() < end else None)`;
   }
-  const task = stepTask(mode, index, size, speed, known, frame);
+  const task = stepTask(mode, index, size, share, known, frame);
   if (task?.kind === "move_joints") {
     return `robot.move_joints([${task.goal.map((value) => pythonNumber(value)).join(", ")}], velocity_scaling=${pythonNumber(task.velocity_scaling ?? 1, 3)})`;
   }
@@ -165,9 +185,12 @@ export function toolSpeed(before, now) {
   return Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) / (now.time - before.time);
 }
 
-/** @param {number} share */
-function scaling(share) {
-  return Math.min(Math.max(share, LEAST_SCALING), 1);
+/**
+ * @param {Mode} mode
+ * @param {number} index
+ */
+function unitOf(mode, index) {
+  return AXES[mode][index].angular ? DEGREE : MM;
 }
 
 /**

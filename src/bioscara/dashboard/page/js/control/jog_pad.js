@@ -12,7 +12,7 @@ import { GamepadReader } from "./gamepad.js";
 import { BEAT, EXPIRY, Hold } from "./hold.js";
 import { keepScreenOn, watchHold } from "./hold_triggers.js";
 import { watchKeys, watchPointers } from "./jog_input.js";
-import { AXES, FASTEST, jogCode, stepTask, toolSpeed, USUAL, velocityOf } from "./jog_motion.js";
+import { AXES, FASTEST, jogCode, stepShare, stepTask, toolSpeed, USUAL, velocityOf } from "./jog_motion.js";
 
 /** Sizes of a step [mm or degrees]; 0 is hold to run. */
 const SIZES = [0, 0.1, 1, 10];
@@ -31,6 +31,8 @@ class Settings {
     /** Axis and direction of the latest press: what is copied as Python. */
     this.axis = 0;
     this.sign = 1;
+    /** Share of the speed limits of the latest step. */
+    this.share = 1;
   }
 }
 
@@ -48,6 +50,7 @@ export function buildJog(app) {
   const hold = new Hold(portOf(app, () => changed()));
   const reader = new GamepadReader();
   const moving = h("span", { class: "jog-speed number" });
+  let stepping = false;
   const actions = {
     /** @param {string} source @param {number} axis @param {number} sign */
     press(source, axis, sign) {
@@ -108,24 +111,52 @@ export function buildJog(app) {
   }
 
   /** @param {number} axis @param {number} sign */
-  function step(axis, sign) {
-    const why = refusal(app);
-    const task = why ? null : stepTask(settings.mode, axis, sign * settings.size, settings.speed, arm, frameAngle(app, settings.frame));
-    if (!task) { say(why || text("refusal.not_homed")); return; }
+  async function step(axis, sign) {
+    const why = stepping ? text("jog.one_step") : refusal(app);
+    if (why) { say(why); return; }
+    stepping = true;
     setText(status, text("jog.stepping"));
     status.classList.remove("warn");
-    app.start(task).then(
-      async (goal) => {
-        const ended = await app.ended(goal.goal);
-        if (ended.failure) say(ended.failure.text);
-        else setText(status, text("jog.stepped"));
-      },
-      (error) => say(error.message),
-    );
+    try {
+      const failure = await stepOnce(app, settings, axis, sign);
+      if (failure) say(failure);
+      else setText(status, text("jog.stepped"));
+    } catch (error) {
+      say(error instanceof Error ? error.message : String(error));
+    }
+    stepping = false;
   }
   arm.on("sample", refresh);
   arm.on("description", refresh);
   arm.on("link", refresh);
+}
+
+/**
+ * Move by one step, at the speed that is chosen.
+ *
+ * @param {App} app The page.
+ * @param {Settings} settings Mode, size and speed.
+ * @param {number} axis Of the mode.
+ * @param {number} sign Direction.
+ * @returns {Promise<string>} Why it failed; empty if it did not.
+ */
+async function stepOnce(app, settings, axis, sign) {
+  const { mode, speed } = settings;
+  const size = sign * settings.size;
+  /** @param {number} share */
+  const task = (share) => stepTask(mode, axis, size, share, app.arm, frameAngle(app, settings.frame));
+  const fastest = task(1);
+  if (!fastest) return text("refusal.not_homed");
+  const { interruptions } = app;
+  const plan = await app.ask({ kind: "make_plan", motion: fastest });
+  settings.share = stepShare(mode, axis, size, speed, app.arm, plan.trajectory.times.at(-1) ?? 0);
+  // The person may have pressed STOP, or lost the lease, while it was planned.
+  const why = interruptions === app.interruptions ? refusal(app) : text("jog.end.interrupted");
+  const motion = why ? null : task(settings.share);
+  if (!motion) return why;
+  const goal = await app.start(motion);
+  const ended = await app.ended(goal.goal);
+  return ended.failure?.text ?? "";
 }
 
 /**
@@ -219,7 +250,7 @@ function head(app, settings, changed) {
     changed();
   });
   const python = copyButton(() => jogCode(settings.mode, settings.axis, settings.sign * (settings.size || 1), settings.size === 0,
-    settings.speed, app.arm, frameAngle(app, settings.frame)));
+    settings.speed, settings.share, app.arm, frameAngle(app, settings.frame)));
   return h("div", { class: "column" },
     h("div", { class: "row jog-head" }, h("h2", { text: text("tab.jog") }), modes, frame),
     h("div", { class: "row" }, sizes, h("span", { class: "dim small", text: text("jog.units") }), python));

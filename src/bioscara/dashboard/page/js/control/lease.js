@@ -28,6 +28,8 @@ export function buildLease(app) {
   buildBanner(app);
 
   function update() {
+    // The event that this page has it comes before the answer with its epoch.
+    if (arm.acquiring) return;
     const { client } = arm.lease ?? {};
     const open = app.connection.open;
     const mine = arm.commands;

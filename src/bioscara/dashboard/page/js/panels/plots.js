@@ -94,7 +94,7 @@ class Plots {
       h("label", {}, limits, text("plots.limits")),
       button(text("plots.csv"), () => this.#saveTable()),
       button(text("plots.png"), () => this.#savePicture()),
-      copyButton(() => "for name, position, velocity in zip(robot.joint_names, robot.state.positions, robot.state.velocities):\n    print(name, position, velocity)"));
+      copyButton(() => "for name, position, velocity in zip(robot.state.names, robot.state.positions, robot.state.velocities):\n    print(name, position, velocity)"));
   }
 
   #summaryTable() {

@@ -1,0 +1,167 @@
+"""Faults, monstrous goals and clients that die, as clients of ROS see them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from bioscara.api import messages as m
+from bioscara.api.runtime import VARIABLE
+from bioscara.remote import RemoteRobot
+from bioscara.remote.link import OwnerLink
+from processes import wait_until
+from ros.controllers import (
+    HOMING,
+    JOINTS,
+    VELOCITY,
+    clear,
+    ended,
+    energise,
+    follow,
+    go_home,
+    goal,
+    near,
+    point,
+)
+from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
+from served import HALF, NAME
+from soak import simulate as let_fail
+
+pytestmark = pytest.mark.realtime
+OBSTACLE = HALF[0] + 0.15
+"""Where the first joint meets an obstacle [rad]."""
+
+
+@pytest.fixture(autouse=True)
+def cleared(ros: Ros) -> Iterator[None]:
+    yield
+    clear(ros)
+
+
+def simulate(rig: Rig, fault: str, joint: str = "", value: float = 1.0) -> None:
+    """Let the arm fail, by another client, which needs the lease for it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(rig.folder))
+        link = OwnerLink(NAME, lambda _: None, lambda _: None)
+        link.open()
+        try:
+            assert let_fail(link, m.SimulateFault(fault, joint, value))
+        finally:
+            link.close()
+
+
+@contextmanager
+def observed(rig: Rig) -> Iterator[RemoteRobot]:
+    """Connect a client that only looks."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(rig.folder))
+        with RemoteRobot(NAME) as robot:
+            yield robot
+
+
+def recover(ros: Ros) -> None:
+    for name, kind in (("acknowledge_faults", "AcknowledgeFaults"), ("recover", "Recover")):
+        answer = ros.call(f"bioscara_interfaces/srv/{kind}", f"/bioscara/{name}")
+        assert answer["success"], answer
+
+
+def faults(ros: Ros) -> list[str]:
+    found = ros.call("bioscara_interfaces/srv/ListFaults", "/bioscara/list_faults")["faults"]
+    return [str(each) for each in found]
+
+
+def test_a_fault_in_a_goal_aborts_it_with_the_reason(ros: Ros, ros_rig: Rig) -> None:
+    ros.do("listen", type="diagnostic_msgs/DiagnosticArray", topic="/diagnostics")
+    simulate(ros_rig, "obstacle", "j1", OBSTACLE)
+    energise(ros)
+    ros.spawn(VELOCITY)
+    end = ended(ros, follow(ros, VELOCITY, goal(near(0.4, at=4.0))))
+    assert end["status"] == ABORTED
+    assert "j1" in end["result"]["error_string"]
+    assert ros.states() == {VELOCITY: "inactive"}
+    assert any("j1" in each for each in faults(ros))
+    assert "j1" in ros_rig.log
+    ros.do("forget", topic="/diagnostics")
+    (_, diagnostics), *_ = ros.do("heard", topic="/diagnostics")
+    assert max(each["level"] for each in diagnostics["status"]) == 2
+    assert not ros.switch([VELOCITY])["ok"]
+    simulate(ros_rig, "clear_obstacles", "j1")
+    recover(ros)
+    assert ros.hardware("bioscara_arm", "active")["ok"]
+    assert ros.switch([VELOCITY])["ok"]
+    go_home(ros)
+
+
+def test_a_fault_at_rest_is_seen_by_the_next_call(ros: Ros, ros_rig: Rig) -> None:
+    energise(ros)
+    ros.spawn(VELOCITY)
+    ros.switch((), [VELOCITY])
+    simulate(ros_rig, "motor_power", value=0.0)
+    wait_until(lambda: bool(faults(ros)), "a fault of the arm")
+    answer = ros.switch([VELOCITY])
+    assert not answer["ok"]
+    assert answer["message"]
+    simulate(ros_rig, "motor_power", value=1.0)
+    recover(ros)
+    energise(ros)
+    assert ros.switch([VELOCITY])["ok"]
+
+
+def test_a_goal_during_homing_is_rejected(ros: Ros) -> None:
+    energise(ros)
+    ros.spawn(HOMING)
+    ros.spawn(VELOCITY, active=False)
+    message = {
+        "interface_groups": ["j4"],
+        "interface_values": [{"interface_names": ["home"], "values": [1.0]}],
+    }
+    ros.do(
+        "publish",
+        type="control_msgs/DynamicInterfaceGroupValues",
+        topic=f"/{HOMING}/commands",
+        message=message,
+    )
+    assert follow(ros, VELOCITY, goal(near(0.1, at=1.0))) is None
+    assert not ros.switch([VELOCITY])["ok"]
+
+
+def test_a_goal_with_10000_points_is_followed(ros: Ros) -> None:
+    energise(ros)
+    ros.spawn(VELOCITY)
+    go_home(ros)
+    points = [
+        near(0.05 * math.sin(2e-3 * step) ** 2, at=0.004 * (step + 1)) for step in range(10_000)
+    ]
+    number = follow(ros, VELOCITY, goal(*points))
+    assert number is not None
+    ros.do("cancel", number=number)
+    assert ended(ros, number)["status"] == CANCELED
+
+
+def test_a_name_of_a_megabyte_is_rejected_in_one_line(ros: Ros, ros_rig: Rig) -> None:
+    energise(ros)
+    ros.spawn(VELOCITY)
+    before = len(ros_rig.log)
+    names = ["x" * 1_000_000, *JOINTS[1:]]
+    sent = {"trajectory": {"joint_names": names, "points": [point(*HALF, at=1.0)]}}
+    assert follow(ros, VELOCITY, sent) is None
+    assert len(ros_rig.log) - before < 2000
+    go_home(ros)
+
+
+def test_a_goal_of_a_client_that_dies_goes_on(ros: Ros, ros_rig: Rig) -> None:
+    """As in ros2_control: the goal is the controller's, and the node renews the lease."""
+    energise(ros)
+    ros.spawn(VELOCITY)
+    go_home(ros)
+    with observed(ros_rig) as robot:
+        with ros_rig.clients() as other:
+            assert follow(other, VELOCITY, goal(near(0.1, at=1.5))) is not None
+        wait_until(
+            lambda: abs(robot.state.positions[0] - HALF[0] - 0.1) < 1e-3, "the end of the goal"
+        )
+    go_home(ros)
+    assert ended(ros, follow(ros, VELOCITY, goal(near(0.0, at=0.5))))["status"] == SUCCEEDED
