@@ -27,7 +27,7 @@ const TEXTS = {
   "stop.decelerating": "Decelerating.",
   "stop.resting": "At rest. Nothing continues by itself.",
   "stop.unconfirmed": "NOT CONFIRMED, use the emergency stop",
-  "stop.take": "Take control",
+  "stop.onward": "Take control to move it again.",
   "stop.close": "Close",
 
   "python.copy": "py",
