@@ -71,6 +71,7 @@ INTERLEAVINGS = ("tests/server/test_interleavings.py",)
 HOSTILE = "tests/server/test_hostile_clients.py"
 LINK = "tests/remote/test_link.py"
 WEB_ROUTES = ("tests/web/test_every_route.py",)
+WEB_ANSWERS = ("tests/web/routes/test_dashboard_routes.py",)
 WEB_SIGN_IN = ("tests/web/test_sign_in.py",)
 WEB_RELAY = ("tests/web/test_relay.py",)
 WEB_TOKENS = ("tests/web/test_tokens.py",)
@@ -1571,7 +1572,7 @@ MUTANTS = (
     Mutant(
         "web: requests are counted",
         "Guard._checked",
-        "not self._requests.take(_requester(credential, address))",
+        'not self._limits(scope["path"]).take(_requester(credential, address))',
         "False",
         WEB_SIGN_IN,
     ),
@@ -1584,7 +1585,7 @@ MUTANTS = (
     ),
     Mutant(
         "web: a sign-in is counted",
-        "app._add_session",
+        "session.add",
         "not app.state.sign_ins.take(address)",
         "False",
         WEB_SIGN_IN,
@@ -1598,16 +1599,16 @@ MUTANTS = (
     ),
     Mutant(
         "web: the cookie is not for scripts",
-        "app._add_session",
+        "session.add",
         'max_age=round(LIFETIME), path="/", secure=settings.tls, httponly=True',
         'max_age=round(LIFETIME), path="/", secure=settings.tls, httponly=False',
         WEB_SIGN_IN,
     ),
     Mutant(
         "web: a message needs its scope",
-        "Relay._pass",
-        "needed > self._client.scope",
-        "False",
+        "Relay._beyond_scope",
+        "needed <= self._client.scope",
+        "True",
         WEB_RELAY,
     ),
     Mutant(
@@ -1623,6 +1624,34 @@ MUTANTS = (
         'f"web {self._client.scope.name} {session}"',
         'f"web {session}"',
         WEB_RELAY,
+    ),
+    Mutant(
+        "web: a long body is refused",
+        "http.received",
+        "len(body) > longest",
+        "False",
+        WEB_ANSWERS,
+    ),
+    Mutant(
+        "web: few bodies arrive at once",
+        "http.body_of",
+        "len(arriving) >= _BODIES",
+        "False",
+        WEB_ANSWERS,
+    ),
+    Mutant(
+        "web: a recording is looked up in a list",
+        "Recordings.path_of",
+        "path.name == name",
+        "True",
+        ("tests/dashboard/test_recordings.py",),
+    ),
+    Mutant(
+        "web: an address that is announced leads to a page",
+        "gateway_pages.page_of",
+        "_URL.fullmatch(url)",
+        "True",
+        ("tests/web/test_served_arms.py",),
     ),
     Mutant(
         "web: messages are counted",

@@ -52,6 +52,9 @@ if TYPE_CHECKING:
     from bioscara.robot.planner import Plan as Plan
     from bioscara.robot.planner import Planner as Planner
     from bioscara.robot.robot import Robot as Robot
+    from bioscara.robot.sequences.running import run_sequence as run_sequence
+    from bioscara.robot.sequences.sequence_file import read_sequence as read_sequence
+    from bioscara.robot.sequences.steps import StepSequence as StepSequence
     from bioscara.robot.workspace.frames import Frame as Frame
     from bioscara.robot.workspace.grids import Grid as Grid
     from bioscara.robot.workspace.load import Load as Load
@@ -123,6 +126,9 @@ _MODULES = {
         "Planner",
     ),
     "bioscara.robot.robot": ("Robot",),
+    "bioscara.robot.sequences.running": ("run_sequence",),
+    "bioscara.robot.sequences.sequence_file": ("read_sequence",),
+    "bioscara.robot.sequences.steps": ("StepSequence",),
     "bioscara.robot.workspace.frames": ("Frame",),
     "bioscara.robot.workspace.grids": ("Grid",),
     "bioscara.robot.workspace.load": ("Load",),
@@ -178,6 +184,7 @@ __all__ = [
     "Robot",
     "Scene",
     "Status",
+    "StepSequence",
     "TeachTable",
     "Tool",
     "ToolVelocity",
@@ -193,7 +200,9 @@ __all__ = [
     "load_table",
     "mm",
     "read_scene",
+    "read_sequence",
     "retract",
+    "run_sequence",
     "save_table",
 ]
 

@@ -28,7 +28,7 @@ from bioscara.kinematics import Joints, Pose
         ("move --nmae center", "move has no option --nmae; did you mean --name?"),
         ("move --nmae=center", "move has no option --nmae; did you mean --name?"),
         ("run a.csv --fi", "run has no option --fi; did you mean --fit?"),
-        ("run a.csv --xyzzy 3", "its options are --parameters --fit --scene"),
+        ("run a.csv --xyzzy 3", "its options are --parameters --dry-run --from"),
         ("run", "run needs FILE: ROS 2 trajectory"),
         ("run a.csv b.csv", "there is nothing to do with 'b.csv'"),
         ("run a.csv --fit=3", "--fit takes no value"),

@@ -53,7 +53,7 @@ def test_it_moves_the_served_arm_and_opens_its_page_without_a_token_in_arguments
         said, _ = process.communicate(timeout=60.0)
         assert process.returncode == ExitStatus.INTERRUPTED
         assert f"the simulated arm in the browser: {found[1]}\n" in said
-        assert "token=" not in said.replace("#token=...", "")
+        assert re.search(r"token=\w", said) is None
         assert owners() == []
         assert page_of("demo") is None
         assert not path.exists()
@@ -81,7 +81,7 @@ def test_afterwards_it_serves_until_ctrl_c(
     said = capsys.readouterr().out
     assert re.search(r"in the browser: http://127\.0\.0\.1:\d+/\n", said)
     assert "served until Ctrl-C; take control in the browser" in said
-    assert "token=" not in said.replace("#token=...", "")
+    assert re.search(r"token=\w", said) is None
 
 
 def test_another_arm_than_the_simulated_one_is_refused(

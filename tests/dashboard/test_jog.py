@@ -56,24 +56,37 @@ def towards(left: Site) -> int:
     return 1 if left.robot.state.positions[0] < HALF[0] else -1
 
 
-def moving(left: Site) -> None:
-    """Wait until the first joint moves."""
-    wait_until(lambda: abs(left.robot.state.velocities[0]) > 0.01, "j1 moves", 3.0)
+def moved(left: Site) -> bool:
+    """Return whether the first joint moves soon."""
+    end = time.monotonic() + 1.5
+    while time.monotonic() < end:
+        if abs(left.robot.state.velocities[0]) > 0.01:
+            return True
+    return False
+
+
+def pressed(left: Site, press: Callable[[], object], release: Callable[[], object]) -> None:
+    """Press until the first joint moves: a page that is late itself ends a jog, rightly."""
+    for _ in range(4):
+        press()
+        if moved(left):
+            return
+        release()
+        wait_until(lambda: at_rest(left.robot), "the arm rests")
+    raise AssertionError("a press does not move j1")
 
 
 def hold(page: Page, left: Site) -> None:
     """Hold the button of the first joint by the mouse."""
     page.locator(f'{J1}[data-sign="{towards(left)}"]').hover()
-    page.mouse.down()
-    moving(left)
+    pressed(left, page.mouse.down, page.mouse.up)
 
 
 def hold_key(page: Page, left: Site) -> str:
     """Hold the key of the first joint; return it."""
     page.locator(".jog-pad").focus()
     key = "ArrowLeft" if towards(left) > 0 else "ArrowRight"
-    page.keyboard.down(key)
-    moving(left)
+    pressed(left, lambda: page.keyboard.down(key), lambda: page.keyboard.up(key))
     return key
 
 
@@ -83,8 +96,11 @@ def hold_finger(page: Page, left: Site) -> Any:
     assert box is not None
     devtools = page.context.new_cdp_session(page)
     point = {"x": box["x"] + 20, "y": box["y"] + 20, "id": 1}
-    touch(devtools, "touchStart", point)
-    moving(left)
+    pressed(
+        left,
+        lambda: touch(devtools, "touchStart", point),
+        lambda: touch(devtools, "touchEnd"),
+    )
     return devtools, point
 
 
@@ -100,18 +116,20 @@ def ends(
     Args:
         left: The arm.
         act: What ends it.
-        expires: Whether the owner ends it as no beats come, and not the page.
+        expires: Whether the owner ends it as no beats come, and not the page; None for either.
         after: How long the act takes that has ended it already [s].
     """
     begin = time.monotonic()
     act()
     wait_until(lambda: at_rest(left.robot), "the jog ends", 3.0)
     took = time.monotonic() - begin
-    assert took < RESTING + after + (EXPIRY if expires else 0.0), f"it rested after {took:.3f} s"
+    assert took < RESTING + after + (0.0 if expires is False else EXPIRY), (
+        f"it rested after {took:.3f} s"
+    )
     goal = left.robot._ask(m.ListGoals(), m.GoalList).goals[-1]
     assert goal.name == "jog()"
     expired = goal.failure is not None and goal.failure.error == "JogExpiredError"
-    assert expired == expires, goal
+    assert expires in (None, expired), goal
     stays(left.robot)
 
 
@@ -266,7 +284,7 @@ def test_jog_r1_beats_keep_a_jog_alive_and_steps_are_finite_goals_one_at_a_time(
     assert [each["kind"] for each in commands][-1] == "end_jog" or "end_jog" in str(commands)
     wait_until(lambda: at_rest(left.robot), "the arm rests")
     before = left.robot.state.positions[0]
-    page.get_by_role("button", name="10", exact=True).click()
+    page.get_by_role("button", name="1", exact=True).click()
     sign = towards(left)
     button = page.locator(f'{J1}[data-sign="{sign}"]')
     button.click()
@@ -275,7 +293,7 @@ def test_jog_r1_beats_keep_a_jog_alive_and_steps_are_finite_goals_one_at_a_time(
     assert "the former step has not ended" in words(page)
     wait_until(lambda: at_rest(left.robot), "the step ends")
     page.get_by_role("button", name="Hold", exact=True).click()
-    assert left.robot.state.positions[0] - before == pytest.approx(sign * 0.1745, abs=2e-3)
+    assert left.robot.state.positions[0] - before == pytest.approx(sign * 0.01745, abs=1e-3)
 
 
 def test_jog_r2_jog_r6_a_jog_that_has_expired_is_dead_and_late_beats_are_refused(
@@ -391,7 +409,7 @@ def test_jog_r9_after_a_reload_or_a_navigation_nothing_moves_and_control_is_take
     page: Page, left: Site
 ) -> None:
     hold(page, left)
-    ends(left, lambda: page.reload(wait_until="commit"))
+    ends(left, lambda: page.reload(wait_until="commit"), expires=None)
     wait_for_state(page, "no-lease", "lease-elsewhere")
     page.mouse.up()
     page.locator(f'{J1}[data-sign="1"]').hover()
@@ -405,7 +423,7 @@ def test_jog_r9_after_a_reload_or_a_navigation_nothing_moves_and_control_is_take
     command(page)
     hold(page, left)
     url = page.url
-    ends(left, lambda: page.goto("about:blank"))
+    ends(left, lambda: page.goto("about:blank"), expires=None)
     page.mouse.up()
     page.goto(url)
     wait_for_state(page, "no-lease", "lease-elsewhere")
@@ -445,11 +463,9 @@ def test_jog_r10_a_gamepad_needs_its_deadman_button_a_centred_stick_and_news(
         set_pad(page, stick, False)
         page.wait_for_timeout(120)
         assert at_rest(left.robot)
-        set_pad(page, stick, True)
-        moving(left)
+        pressed(left, lambda: set_pad(page, stick, True), lambda: set_pad(page, stick, False))
         ends(left, lambda: set_pad(page, stick, False))
-        set_pad(page, stick, True)
-        moving(left)
+        pressed(left, lambda: set_pad(page, stick, True), lambda: set_pad(page, stick, False))
         ends(left, lambda: page.evaluate("pad.frozen = true"), after=0.2)
         assert "sends nothing" in page.locator("#jog").inner_text()
         page.evaluate("pad.frozen = false")

@@ -240,12 +240,13 @@ def test_stop_s5_the_way_on_is_one_button_and_nothing_begins_again(
     operator = open_page(context, left)
     command_from(left, operator)
     stops(operator, left, escape)
+    # The stop came from the page that had lost its lease: it says how to go on.
     box = operator.locator(".stop-box")
-    assert box.get_by_role("button").count() == 1
-    assert box.get_by_role("button").inner_text() == "Take control"
-    box.get_by_role("button").click()
-    wait_for_state(operator, "commanding")
+    assert "Nothing continues by itself. Take control to move it again." in box.inner_text()
+    assert operator.get_by_role("button", name="Take control").count() == 1
+    command(operator)
     stays(left.robot)
+    box.get_by_role("button", name="Close").click()
     assert not box.is_visible()
     context.close()
 

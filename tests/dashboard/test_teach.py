@@ -71,9 +71,10 @@ def set_table(page: Page, made: Site, *poses: NamedPose, frames: tuple[Frame, ..
     """Give the arm another table, by another client, and wait until the page has it."""
     if page.evaluate("bioscara.arm.epoch") is not None:
         page.get_by_role("button", name="Give back").click()
+        wait_until(lambda: page.evaluate("bioscara.arm.lease.client") is None, "it is given back")
     made.robot.table = replace(made.robot.table, poses=poses, frames=frames)
     made.robot.release_lease()
-    page.get_by_role("button", name="Take control").click()
+    page.locator("#lease-take").click()
     wait_for_state(page, "commanding")
     holds(page, f"bioscara.arm.workspace.table.poses?.length === {len(poses)}")
 

@@ -60,7 +60,6 @@ def test_an_operator_commands_and_does_not_administer(left: Site) -> None:
             ("acquire_lease", {"force": True}),
             ("set_parameters", {"overlay": "", "revision": 1}),
             ("set_hardware_state", {"component": "a", "state": "b"}),
-            ("set_simulation_speed", {"speed": 2.0}),
             ("switch_controllers", {}),
         ):
             refused = operator.request(kind, epoch, **fields)

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -82,6 +83,24 @@ def test_a_terminal_gets_the_addresses_with_the_tokens(served: Served, start: St
             rf"to {scope.name.lower()} +https://127\.0\.0\.1:\d+/#token={tokens.of(scope)}\r", text
         )
     assert "fingerprint of its certificate: " in text
+
+
+@pytest.mark.realtime
+def test_serve_prints_one_address_on_a_terminal_that_of_operators(start: Start) -> None:
+    mine, its = pty.openpty()
+    words = ("serve", "--name", "alone", "--with", "web --port 0")
+    process = start("-m", "bioscara", *words, env=environment(), stdout=its)
+    os.close(its)
+    text = ""
+    with os.fdopen(mine, encoding="utf-8", newline="") as terminal:
+        while re.search(r"token=\w", text) is None:
+            text += terminal.readline()
+        process.send_signal(signal.SIGINT)
+        with suppress(OSError):  # the end of a terminal
+            text += terminal.read()
+    assert process.wait(timeout=20) == 0
+    tokens = load_tokens(default_path("alone"))
+    assert re.findall(r"http://127\.0\.0\.1:\d+/#token=(\w+)", text) == [tokens.of(Scope.OPERATE)]
 
 
 @pytest.mark.realtime

@@ -16,6 +16,7 @@ from bioscara.model import load_parameters
 from bioscara.robot.sequences.dry_run import dry_run, joined
 from bioscara.robot.sequences.running import run_sequence
 from bioscara.robot.sequences.script import to_script
+from bioscara.robot.sequences.sequence_file import read_sequence
 from bioscara.robot.sequences.steps import LineStep, NamedStep, StepSequence, WaitStep
 from bioscara.robot.workspace.workspace import Workspace
 from robot.sequences.samples import EACH_KIND, TABLE, place, sequences
@@ -83,6 +84,13 @@ def test_names_that_the_arm_does_not_have_are_refused(
         for verdict in dry_run(sequence, space, START):
             if verdict.error is not None:
                 raise verdict.error
+
+
+def test_the_example_can_be_carried_out() -> None:
+    sequence = read_sequence(Path(__file__).parents[3] / "examples/sequence.yaml")
+    verdicts = [*dry_run(sequence, Workspace.of(load_parameters()), START)]
+    assert [verdict.error for verdict in verdicts] == [None] * len(verdicts)
+    assert any(len(verdict.call.steps) == 4 for verdict in verdicts)
 
 
 def test_nothing_moves_if_a_later_step_is_refused() -> None:

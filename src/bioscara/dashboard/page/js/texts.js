@@ -27,11 +27,11 @@ const TEXTS = {
   "stop.decelerating": "Decelerating.",
   "stop.resting": "At rest. Nothing continues by itself.",
   "stop.unconfirmed": "NOT CONFIRMED, use the emergency stop",
-  "stop.take": "Take control",
+  "stop.onward": "Take control to move it again.",
   "stop.close": "Close",
 
   "python.copy": "py",
-  "python.title": "Copy as Python",
+  "python.title": "py: copy as Python",
   "python.copied": "Copied",
   "python.refused": "Not allowed",
 

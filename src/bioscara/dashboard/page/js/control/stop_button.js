@@ -31,7 +31,7 @@ export function buildStop(app) {
     changed: show,
   });
   const status = h("p", { class: "stop-state", role: "alert" });
-  const onward = button("", () => proceed());
+  const onward = button(text("stop.close"), () => { stop.dismiss(); pressed.focus(); });
   const box = h("div", { class: "stop-box card", hidden: true }, status, onward);
   const pressed = h("button", { type: "button", id: "stop-button", "aria-describedby": "stop-description", text: text("stop.button") });
   let byPointer = false;
@@ -57,16 +57,9 @@ export function buildStop(app) {
     box.hidden = state === "idle";
     box.dataset.state = at("stop").dataset.state = state;
     const received = Number.isNaN(stop.took) ? "" : text("stop.received", { took: Math.round(stop.took) });
-    setText(status, state === "idle" ? "" : [received, text(`stop.${state}`)].filter(Boolean).join(" "));
     onward.hidden = state !== "resting";
-    const take = arm.epoch === null && arm.scope !== "view";
-    setText(onward, text(take ? "stop.take" : "stop.close"));
-  }
-
-  function proceed() {
-    if (arm.epoch === null && arm.scope !== "view") app.attempt(() => arm.acquire());
-    stop.dismiss();
-    pressed.focus();
+    const way = state === "resting" && !arm.commands && arm.scope !== "view" ? text("stop.onward") : "";
+    setText(status, state === "idle" ? "" : [received, text(`stop.${state}`), way].filter(Boolean).join(" "));
   }
 }
 

@@ -47,7 +47,9 @@ export function goalsCard(app) {
     const ended = goals.filter((goal) => ENDED.has(goal.status)).slice(-LISTED).reverse();
     list.replaceChildren(...ended.map(endedGoal));
     none.hidden = open.length > 0;
+    latest.hidden = ended.length === 0;
   }
+  const latest = h("h3", { text: text("run.latest") });
   const none = h("p", { class: "dim", text: text("run.idle") });
   const paused = () => setText(pause, text(arm.sample?.paused ? "run.resume" : "run.pause"));
 
@@ -65,7 +67,7 @@ export function goalsCard(app) {
   const element = card(text("run.goals"),
     h("div", { class: "row" }, pause, copyButton(() => (arm.sample?.paused ? "robot.resume()" : "robot.pause()")),
       h("span", { class: "dim small", text: text("run.stop_code") }), copyButton(() => "robot.stop()")),
-    none, running, h("h3", { text: text("run.latest") }), list);
+    none, running, latest, list);
   return {
     element,
     show: () => { clearInterval(timer); timer = setInterval(look, LOOK); },

@@ -51,7 +51,7 @@ function homing(app) {
     const again = action(app, text("run.home"), () => app.start({ kind: "home", joints: [name] }),
       { homed: false, enabled: false, attributes: { "aria-label": text("run.home_one", { name }) } });
     body.append(h("tr", {}, h("th", { scope: "row", text: name.toUpperCase() }), h("td", {}, state), value,
-      h("td", { class: "row" }, again, copyButton(() => `robot.home([${pythonText(name)}])`))));
+      h("td", {}, again, " ", copyButton(() => `robot.home([${pythonText(name)}])`))));
     return { name, state, value };
   }
 

@@ -1,0 +1,84 @@
+"""``bioscara run`` with a sequence of steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import bioscara.sim
+from bioscara.cli import main
+from bioscara.model import load_parameters
+from bioscara.sim import SimulatedArm
+from simulated import NearArm
+
+FILE = """\
+schema: 1
+title: there
+steps:
+- {kind: move_joints, joints: {j1: -0.6, j2: 0.2, j3: 1.2, j4: -0.6}}
+- kind: move_linear
+  pose: {x: 0.5, y: -0.1, z: 0.2, yaw: 0.0}
+- {kind: wait, seconds: 0.01}
+...
+"""
+
+
+@pytest.fixture
+def arm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimulatedArm:
+    """The arm of every command, and a sequence in the present folder."""
+    arm = NearArm()
+    monkeypatch.setattr(bioscara.sim, "SimulatedArm", lambda **_: arm)
+    monkeypatch.chdir(tmp_path)
+    Path("there.yaml").write_text(FILE)
+    return arm
+
+
+def test_a_sequence_is_carried_out(arm: SimulatedArm, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "there.yaml"], paced=False) == 0
+    out = capsys.readouterr().out
+    assert "sequence: there, 3 steps" in out
+    assert "step 2 move_linear of 3" in out
+    assert "--pose 0.5000 -0.1000 0.2000 0.0000" in out
+    assert arm.position("j2") == pytest.approx(0.2091, abs=2e-3)
+
+
+def test_a_dry_run_moves_nothing(arm: SimulatedArm, capsys: pytest.CaptureFixture[str]) -> None:
+    before = [arm.position(joint.name) for joint in load_parameters().joints]
+    assert main(["run", "there.yaml", "--dry-run"], paced=False) == 0
+    assert [arm.position(joint.name) for joint in load_parameters().joints] == before
+    out = capsys.readouterr().out
+    assert "2 move_linear  " in out
+    assert "total  " in out
+
+
+@pytest.mark.usefixtures("arm")
+@pytest.mark.parametrize(
+    ("words", "old", "new", "text"),
+    [
+        ("--dry-run", "x: 0.5", "x: 2", "step 2: (2, -0.1, 0.2) m, yaw 0 rad cannot be reached"),
+        ("", "0.01", "-1", "there.yaml, line 7: steps[2].seconds: -1 is outside 0 .. 3600 s"),
+        ("--fit", "", "", "--fit applies only to trajectories, and there.yaml is a sequence"),
+        ("--tool needle", "", "", "there is no tool 'needle'"),
+        (
+            "",
+            "title: there",
+            "tool: needle",
+            "the sequence is for tool needle, the arm has fingers",
+        ),
+    ],
+)
+def test_a_sequence_is_refused_before_anything_moves(
+    words: str, old: str, new: str, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("there.yaml").write_text(FILE.replace(old, new))
+    assert main(["run", "there.yaml", *words.split()], paced=False) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_a_trajectory_has_a_dry_run_too(
+    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("a.csv").write_text("time,j1_position,j1_velocity\n0,0.1,0\n2,0.2,0\n")
+    assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
+    assert capsys.readouterr().out == "trajectory: a.csv, 2.00 s\n"
