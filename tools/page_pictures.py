@@ -111,7 +111,7 @@ def _connected() -> RemoteRobot:
     end = time.monotonic() + PATIENCE
     while True:
         try:
-            robot = cast(RemoteRobot, Robot.connect(f"arm:{ARM}"))
+            robot = cast("RemoteRobot", Robot.connect(f"arm:{ARM}"))
             if default_path(ARM).exists():
                 return robot
             robot.close()

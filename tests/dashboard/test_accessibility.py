@@ -139,23 +139,25 @@ def test_axe_finds_nothing_in_the_start_page(browser: Browser, left: Site, schem
     context.close()
 
 
-SMALL = """() => Array.from(document.querySelectorAll(
-    "button, select, input, textarea, summary, a, [role=tab], [role=option], [tabindex='0']:not([role=region])"))
-    .filter((each) => each.checkVisibility({ visibilityProperty: true }) && !each.closest(".skip, p, .hidden-text"))
-    .map((each) => {
+SMALL = """() => {
+    const kinds = "button, select, input, textarea, summary, a, [role=tab], [role=option], "
+        + "[tabindex='0']:not([role=region])";
+    const seen = (each) => each.checkVisibility({ visibilityProperty: true })
+        && !each.closest(".skip, p, .hidden-text");
+    return Array.from(document.querySelectorAll(kinds)).filter(seen).map((each) => {
         const own = each.getBoundingClientRect();
-        const label = each.matches("input") ? each.closest("label")?.getBoundingClientRect() : null;
-        const large = each.matches("#stop-button, .jog-button, .stop-arm") ? 44 : 24;
+        const label = each.matches("input") && each.closest("label")?.getBoundingClientRect();
+        const least = each.matches("#stop-button, .jog-button, .stop-arm") ? 44 : 24;
         const { width, height } = label && label.height > own.height ? label : own;
-        return [each.outerHTML.slice(0, 120), Math.round(width), Math.round(height), large];
-    })
-    .filter(([, width, height, large]) => width < large || height < large)"""
+        return [each.outerHTML.slice(0, 120), Math.round(width), Math.round(height), least];
+    }).filter(([, width, height, least]) => width < least || height < least);
+}"""
 STOP_SEEN = """() => {
-    const { left, right, top, bottom } = document.getElementById("stop-button").getBoundingClientRect();
-    const points = [[left, top], [right, top], [left, bottom], [right, bottom]].map(([x, y]) =>
-        [x + Math.sign((left + right) / 2 - x) * 10, y + Math.sign((top + bottom) / 2 - y) * 10]);
-    return points.every(([x, y]) => x >= 0 && y >= 0 && x < innerWidth && y < innerHeight
-        && document.elementFromPoint(x, y)?.closest("#stop-button"));
+    const button = document.getElementById("stop-button");
+    const { left, right, top, bottom } = button.getBoundingClientRect();
+    const corners = [[left + 10, top + 10], [right - 10, top + 10],
+        [left + 10, bottom - 10], [right - 10, bottom - 10]];
+    return corners.every(([x, y]) => document.elementFromPoint(x, y)?.closest("#stop-button"));
 }"""
 WIDE = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
 DIALOG = """async () => {
@@ -189,14 +191,14 @@ def test_each_tab_fits_with_targets_large_enough_and_stop_uncovered(
 FOCUSED = """() => {
     const each = document.activeElement;
     if (each === document.body) return null;
-    const style = getComputedStyle(each);
-    const { left, right, top, bottom } = each.getBoundingClientRect();
-    const inside = [0.1, 0.5, 0.9].flatMap((a) => [0.2, 0.5, 0.8].map((b) => [left + a * (right - left), top + b * (bottom - top)]));
-    const seen = inside.some(([x, y]) => {
-        const hit = document.elementFromPoint(x, y);
+    const { outlineStyle, outlineWidth } = getComputedStyle(each);
+    const { left, top, width, height } = each.getBoundingClientRect();
+    const seen = [0.1, 0.5, 0.9].some((x) => [0.2, 0.5, 0.8].some((y) => {
+        const hit = document.elementFromPoint(left + x * width, top + y * height);
         return hit && (each.contains(hit) || hit.contains(each) && hit.tagName === "LABEL");
-    });
-    return [each.outerHTML.slice(0, 100), style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2, seen];
+    }));
+    const outlined = outlineStyle !== "none" && parseFloat(outlineWidth) >= 2;
+    return [each.outerHTML.slice(0, 100), outlined, seen];
 }"""
 
 
