@@ -119,7 +119,7 @@ def test_half_speed_is_reported_with_its_reason(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(bioscara.sim, "FirmwareBus", Slow)
+    monkeypatch.setattr(bioscara.sim, "BenchBus", lambda arm, _: Slow(arm))
     assert main(words, paced=False) == 0
     out, _ = capsys.readouterr()
     assert out.count("warning: LATE: the loop does not keep 100 Hz") >= 1

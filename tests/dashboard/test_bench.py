@@ -77,8 +77,10 @@ def test_the_code_of_a_control_does_the_same(page: Page, left: Site) -> None:
     assert code == 'robot.simulate_fault("motor_power", "", 0.0)'
     left.robot.acquire_lease(force=True)
     exec(code, {"robot": left.robot})
-    wait_until(lambda: left.robot.faults != (), "the fault")
-    assert left.robot.faults[0].kind.name == "POWER_LOST"
+    # Some joints notice it first.
+    wait_until(
+        lambda: "POWER_LOST" in {fault.kind.name for fault in left.robot.faults}, "the fault"
+    )
     left.robot.release_lease()
     command(page)
     recovered(page, left)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from bioscara.cli.arm import arrange
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
-from bioscara.cli.options import Options
+from bioscara.cli.options import FINGERS, Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import planner_from, scene_from
@@ -100,8 +100,14 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
     else:
         # Of a served arm: its tool, its scene, and from where it is.
         with Robot.connect(f"arm:{options.arm}") as robot:
-            planner = robot.plan
-            verdicts = [*dry_run(sequence, planner.workspace, planner.here())]
+            planner, space = robot.plan, robot.plan.workspace
+            if options.table is not None:
+                space = space.with_table(read_table(options, space.table.fingers))
+            if options.scene is not None:
+                space = space.with_scene(scene_from(options))
+            if options.tool not in {space.tool.name, FINGERS}:
+                space = space.with_tool(options.tool)
+            verdicts = [*dry_run(sequence, space, planner.here())]
     for line in columns([*_rows(verdicts)]):
         output.line(line)
     for verdict in verdicts:

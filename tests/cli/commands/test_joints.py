@@ -23,7 +23,7 @@ Wire = Callable[[Callable[[SimulatedArm], Bus]], None]
 @pytest.fixture
 def wire(monkeypatch: pytest.MonkeyPatch) -> Wire:
     """Puts another bus in front of the arm that is simulated in this process."""
-    return lambda make: monkeypatch.setattr(bioscara.sim, "FirmwareBus", make)
+    return lambda make: monkeypatch.setattr(bioscara.sim, "BenchBus", lambda arm, _: make(arm))
 
 
 class MixedBus(Bus):

@@ -192,10 +192,10 @@ def test_an_unwritable_file_is_a_refusal_if_nothing_was_homed(
         robot.home()
     before = places(arm)
 
-    def same_arm(_: SimulatedArm) -> Bus:
+    def same_arm(*_: object) -> Bus:
         return FirmwareBus(arm)
 
-    monkeypatch.setattr(bioscara.sim, "FirmwareBus", same_arm)
+    monkeypatch.setattr(bioscara.sim, "BenchBus", same_arm)
     (folder / "between.yaml").write_text(BETWEEN)
     words = ["move", "--joints", "0", "0.2", "0.3", "0", "--scene", "between.yaml"]
     assert main(words, paced=False) == 2

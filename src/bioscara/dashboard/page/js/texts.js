@@ -31,7 +31,7 @@ const TEXTS = {
   "stop.close": "Close",
 
   "python.copy": "py",
-  "python.title": "Copy as Python",
+  "python.title": "py: copy as Python",
   "python.copied": "Copied",
   "python.refused": "Not allowed",
 

@@ -1,0 +1,44 @@
+"""What a client asks of the owner beside motion: joints, overlay, simulated faults."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bioscara import Robot
+from bioscara.errors import ConfigurationError, ConflictError, InvalidArgumentError
+from served import NAME, arm_served, eventually
+
+
+def test_a_client_reads_and_replaces_the_overlay(tmp_path: Path) -> None:
+    overlay = tmp_path / "mine.yaml"
+    overlay.write_text("")
+    with arm_served(overlay=overlay), Robot.connect(f"arm:{NAME}") as robot:
+        before = robot.overlay()
+        assert (before.overlay, before.restart) == ("", False)
+        text = "joints: {j1: {reduction: 35.2}}\n"
+        after = robot.set_overlay(text, before.revision)
+        assert (after.overlay, after.restart) == (text, True)
+        assert overlay.read_text() == text
+        with pytest.raises(ConflictError, match="another client has changed the overlay"):
+            robot.set_overlay("", before.revision)
+        with pytest.raises(ConfigurationError, match="reduction"):
+            robot.set_overlay("joints: {j1: {reduction: 0}}\n", after.revision)
+        assert robot.overlay() == after
+
+
+def test_a_client_lets_the_simulated_arm_fail_and_reads_what_its_joints_say() -> None:
+    with arm_served(), Robot.connect(f"arm:{NAME}") as robot:
+        robot.enable()
+        before = robot.joint_reports().joints
+        robot.simulate_fault("reset", "j3")
+        eventually(lambda: robot.fault_list().state == "latched")
+        assert robot.faults[0].kind.name == "JOINT_RESET"
+        robot.acknowledge()
+        robot.recover()
+        after = robot.joint_reports().joints
+        changed = [now.boot_id != then.boot_id for now, then in zip(after, before, strict=True)]
+        assert changed == [False, False, True, False]
+        with pytest.raises(InvalidArgumentError, match="j5"):
+            robot.simulate_fault("reset", "j5")
