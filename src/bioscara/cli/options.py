@@ -21,7 +21,7 @@ class Options(argparse.Namespace):
 
     Attributes:
         command: Name of the command.
-        module: Name of the module that implements it.
+        module: Name of the module that implements it, below ``bioscara.cli.commands``.
         bus: Name of the bus.
         arm: Name of the owner whose arm is used or recorded; None for an arm of this process.
         v1: Whether the simulated joints have their original firmware.
