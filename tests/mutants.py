@@ -64,8 +64,8 @@ EMULATED_BOOTLOADER = ("tests/firmware/test_emulated_bootloader.py",)
 EMULATED_TIMING = ("tests/firmware/test_emulated_timing.py",)
 FLASH = (
     "tests/flashing",
-    "tests/cli/commands/test_flash.py",
-    "tests/cli/commands/test_flash_on_bus.py",
+    "tests/cli/commands/setup/test_flash.py",
+    "tests/cli/commands/setup/test_flash_on_bus.py",
 )
 INTERLEAVINGS = ("tests/server/test_interleavings.py",)
 HOSTILE = "tests/server/test_hostile_clients.py"

@@ -76,7 +76,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
     via = here._replace(x=here.x + 0.001, z=here.z + 0.0005)
     waypoint = Waypoint(there)
     return {
-        "Robot.home": (robot.home, {"sensitivity": 30, "current": 15, **WATCHED}),
+        "Robot.home": (robot.home, {"joints": ["j4"], "sensitivity": 30, "current": 15, **WATCHED}),
         "Robot.move_joints": (robot.move_joints, {"positions": HALF, **MOVED}),
         "Robot.execute": (robot.execute, {"plan": plan.move_joints(HALF), **WATCHED}),
         "Robot.follow": (robot.follow, {"trajectory": REST, "approach": True, **WATCHED}),

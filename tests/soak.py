@@ -238,7 +238,7 @@ def goal(link: OwnerLink, number: int) -> m.GoalValue:
 
 
 def judge(watcher: Watcher, causes: list[float], memory: list[int]) -> list[str]:
-    """Return what is wrong."""
+    """Return the problems."""
     problems = []
     if watcher.lost is not None:
         problems.append(str(watcher.lost))

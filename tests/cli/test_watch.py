@@ -18,7 +18,7 @@ from bioscara import Robot
 from bioscara.api.gateway_pages import page_of
 from bioscara.api.runtime import folder, owners
 from bioscara.cli import main, watch
-from bioscara.cli.commands import run
+from bioscara.cli.commands.motion import run
 from bioscara.cli.output.console import ExitStatus
 from processes import environment, wait_until
 from served import runtime_folder

@@ -1,4 +1,4 @@
-"""The page shows who commands the arm, takes and gives back control, and says how it was lost."""
+"""The page shows the holder of the lease, takes and gives back control, and reports its loss."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plots of what was before the page was opened and of what happens, and their export."""
+"""Plots of the time before the page was opened and of new samples, and their export."""
 
 from __future__ import annotations
 

@@ -169,8 +169,17 @@ def test_stop_s2_it_acts_on_the_press_and_before_a_dialog_closes(page: Page, lef
         }).observe(document.body, { childList: true });
     }""")
     escape(page)
-    page.wait_for_function("order.length >= 2")
+    page.wait_for_function("() => order.length >= 2")
     assert page.evaluate("order") == ["stop", "closed"]
+    # Also where a control keeps Escape to itself.
+    page.evaluate("""() => {
+        order.length = 0;
+        const field = document.getElementById("go-x");
+        field.addEventListener("keydown", (event) => event.stopImmediatePropagation());
+        field.focus();
+    }""")
+    escape(page)
+    page.wait_for_function("() => order.length >= 1")
     page.evaluate("order.length = 0")
     press(page)
     assert page.evaluate("order") == ["stop"]

@@ -1,4 +1,4 @@
-"""What a client asks of the owner beside motion: joints, overlay, simulated faults."""
+"""Requests of a client to the owner without motion: joints, overlay, simulated faults."""
 
 from __future__ import annotations
 

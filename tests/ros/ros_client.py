@@ -165,7 +165,7 @@ class Clients:
             )
 
     def forget(self, topic: str) -> Any:
-        """Forget what was heard."""
+        """Forget the messages so far."""
         self.heard_by[topic].clear()
 
     def silence(self, topic: str) -> Any:
@@ -174,7 +174,7 @@ class Clients:
         del self.heard_by[topic]
 
     def heard(self, topic: str, count: int = 1, timeout: float = DISCOVERY) -> Any:
-        """Return what was heard, at least so many messages, with the times."""
+        """Return the messages so far, at least so many, with the times."""
         messages = self.heard_by[topic]
         wait(lambda: len(messages) >= count, timeout, f"{count} messages on {topic}")
         return [[when, plain(message)] for when, message in list(messages)]

@@ -15,7 +15,7 @@ from bioscara.robot.workspace.workspace import Workspace
 from bioscara.web.scopes import Scope
 from robot.sequences.samples import EACH_KIND
 from served import HALF
-from web.gateways import Site
+from web.gateways import Site, site
 
 TO, FAR = [0.5, 0.1, 0.25, 0.3], [2.0, 0.1, 0.25, 0.3]
 
@@ -48,11 +48,11 @@ def test_a_sequence_is_read_written_and_made_a_script(left: Site) -> None:
     assert text == text_of_sequence(made)
 
 
-def test_a_sequence_is_planned_from_where_the_arm_is(left: Site) -> None:
-    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+def test_a_sequence_is_planned_from_where_the_arm_is() -> None:
+    with site("fast", 50.0) as fast, fast.http(headers=fast.bearer(Scope.VIEW)) as client:
         refused = client.post("/api/sequences/plan", json=sequence(TO))
         assert (refused.status_code, refused.json()["error"]) == (422, "NotHomedError")
-        with Robot.connect("arm:left") as robot:
+        with Robot.connect("arm:fast") as robot:
             robot.home()
             robot.move_joints(HALF)
         planned = client.post("/api/sequences/plan", json=sequence(TO)).json()

@@ -30,6 +30,12 @@ _OF_OWNERS = ("arms", "status", "lease", "events", "logs")
 """Commands about running owners."""
 _RECORDINGS = Path("recordings")
 """Folder of the recordings, unless another one is given."""
+_FOLDERS = {
+    "motion": {"run", "plan", "move", "home", "jog", "gripper", "power", "faults"},
+    "serving": {"serve", "owners", "stop", "monitor", "record", "view", "web", "ros"},
+    "setup": {"joints", "flash", "poses", "tools", "simulate"},
+}
+"""Modules of the commands by their folders in ``commands/``."""
 _WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", "ros", *_OF_OWNERS}
 """Commands that load no parameters, or leave it to their actions."""
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
@@ -202,9 +208,15 @@ def _check_web(parser: Parser, options: Options) -> None:
         parser.error("--tls-cert and --tls-self-signed exclude one another; leave out one of them")
 
 
+def _place(module: str) -> str:
+    """Return the name of a command's module below ``bioscara.cli.commands``."""
+    folder = next(folder for folder, modules in _FOLDERS.items() if module in modules)
+    return f"{folder}.{module}"
+
+
 def _add_command(commands: Parser, name: str, help_text: str, module: str | None = None) -> Parser:
     parser = commands.add_command(name, help_text)
-    parser.set_defaults(module=module or name)
+    parser.set_defaults(module=_place(module or name))
     if name not in _WITHOUT_PARAMETERS:
         overlay = os.environ.get(OVERLAY_VARIABLE)
         parser.add_argument(

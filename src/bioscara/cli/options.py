@@ -21,7 +21,7 @@ class Options(argparse.Namespace):
 
     Attributes:
         command: Name of the command.
-        module: Name of the module that implements it.
+        module: Name of the module that implements it, below ``bioscara.cli.commands``.
         bus: Name of the bus.
         arm: Name of the owner whose arm is used or recorded; None for an arm of this process.
         v1: Whether the simulated joints have their original firmware.
@@ -58,7 +58,7 @@ class Options(argparse.Namespace):
         force: Whether to replace a pose or tool of the same name.
         offset: Pose of the tool in the flange: x, y, z [m] and yaw [rad].
         mass: Mass of the tool [kg].
-        gateways: Words of the programs to run beside an owner.
+        gateways: Words of the gateways that an owner starts.
         group: Group whose members may be clients of an owner; empty for this user alone.
         evidence: Folder for the flight records of a served arm.
         json: Whether to write JSON.

@@ -13,7 +13,7 @@ from bioscara.cli.output.console import ExitStatus, complain
 from bioscara.spelling import did_you_mean
 
 _GATEWAYS = ("web", "record", "ros")
-"""Commands that run beside an owner."""
+"""Commands that an owner can start."""
 
 
 class Parser(argparse.ArgumentParser):

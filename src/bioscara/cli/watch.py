@@ -14,7 +14,7 @@ from threading import Thread
 
 from bioscara.api import runtime
 from bioscara.api.gateway_pages import page_of
-from bioscara.cli.commands.web import require_packages
+from bioscara.cli.commands.serving.web import require_packages
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest

@@ -1,4 +1,4 @@
-"""The operator's page in the browser, and the answers that it needs beside the owner's messages.
+"""The operator's page in the browser, and the answers to it that are no messages of the owner.
 
 ``page/`` has what a browser loads: plain modules of JavaScript, begun by ``js/main.js``, with
 three.js and uPlot in ``vendor/``. ``assets`` reads them all once. The gateway

@@ -1,4 +1,4 @@
-"""Names of what a recording contains, for those who write it and those who read it."""
+"""Names of what a recording contains, for the writer and the reader."""
 
 from __future__ import annotations
 

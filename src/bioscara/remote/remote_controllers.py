@@ -270,7 +270,7 @@ class RemoteControllers:
         self._receive(sample)
 
     def _upload(self, trajectory: object) -> tuple[int, JointTrajectory]:
-        """Upload all but the last part of a trajectory; return the upload and that part."""
+        """Upload all parts except the last one of a trajectory; return the upload and that part."""
         given = _checked("the trajectory", trajectory, JointTrajectory)
         points: Sequence[Point] = items("the points", given.points)
         upload = 0

@@ -32,7 +32,7 @@ class Bridge:
         time: Converts times.
         goals: Goals of controllers.
         serial: Callbacks that change controllers: one runs at a time.
-        parallel: Callbacks that run beside all others.
+        parallel: Callbacks that run in parallel to all others.
     """
 
     node: Any
@@ -63,6 +63,6 @@ class Bridge:
         except BioscaraError as error:
             self.node.get_logger().error(f"{what}: {error}")
             return False, str(error)
-        except Exception as error:  # noqa: BLE001  a client without an answer would wait for ever
+        except Exception as error:  # noqa: BLE001  a client without an answer would not stop waiting
             self.node.get_logger().fatal(f"{what}, a defect: {error!r}")
             return False, f"the node has a defect: {error!r}"

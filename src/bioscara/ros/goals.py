@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from bioscara.api import messages as m
 
 _KEPT = 64
-"""Ends that are kept until somebody waits for them."""
+"""Ends that are kept until they are waited for."""
 
 
 class Goals:

@@ -35,17 +35,17 @@ NAME = "controller_manager"
 _THREADS = 16
 """Threads for callbacks: each goal that runs keeps one."""
 _POLL = 0.05
-"""Time between two looks at whether to end [s]."""
+"""Period of the check for a request to end [s]."""
 _REMIND = 100
-"""Looks between two messages that something is missing."""
+"""Checks between two messages that something is missing."""
 
 
 class ControllerManagerNode:
-    """The node ``controller_manager`` and what belongs to it.
+    """The node ``controller_manager`` with its services, topics and controllers.
 
     Args:
         arm: Name of the owner.
-        arguments: Arguments of ROS: ``--ros-args`` and what follows.
+        arguments: Arguments of ROS: ``--ros-args`` and the words after it.
         description: The robot description where no parameter has one; empty to wait for the topic.
 
     Attributes:
@@ -170,7 +170,7 @@ class ControllerManagerNode:
         self._log.info(f"controls {names} of arm {self._owner.name}")
 
     def _remind(self) -> None:
-        """Report what is missing, or there twice."""
+        """Report a missing description or owner, and a second node of the same name."""
         if self._description is None:
             self._log.warning(
                 "waiting for robot_description, as a parameter or on the topic of that name"
@@ -185,7 +185,7 @@ class ControllerManagerNode:
             )
 
     def _take(self, sample: m.ControllersSample) -> None:
-        """Publish a sample; the next ones follow, whatever happens."""
+        """Publish a sample; an error does not keep the next ones back."""
         try:
             self._publish(sample)
         except Exception as error:  # noqa: BLE001  of rclpy, where the node ends meanwhile

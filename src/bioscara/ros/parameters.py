@@ -65,7 +65,7 @@ _OF_OWNER = {
     "cpu_affinity": "taskset chooses the processors of bioscara serve",
     "lock_memory": "bioscara serve --priority locks the memory",
 }
-"""Parameters that have no effect, and what has."""
+"""Parameters that have no effect, and those that have one."""
 
 
 def without_effect(flat: Mapping[str, Any]) -> list[str]:

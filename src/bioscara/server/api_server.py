@@ -25,7 +25,7 @@ CLIENTS = 200
 _WORKERS = 2
 """Threads for commands that take longer, as planning; likewise for queries."""
 _TICK = 0.5
-"""Time between two looks at the socket and the lease [s]."""
+"""Period of the check of the socket and the lease [s]."""
 _CREDENTIALS = struct.Struct("3i")
 
 _log = logging.getLogger(__name__)

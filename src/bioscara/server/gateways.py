@@ -1,4 +1,4 @@
-"""Programs beside the owner, each a client of it, started again when they end."""
+"""Programs that serve others, each a client of the owner, started again when they end."""
 
 from __future__ import annotations
 

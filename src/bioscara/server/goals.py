@@ -34,7 +34,7 @@ class ClientGoal:
         session: ClientSession of the client.
         client: Its name.
         epoch: Epoch of its lease.
-        on_lease_loss: What happens when that lapses.
+        on_lease_loss: Whether it stops or finishes when that lapses.
     """
 
     number: int

@@ -35,7 +35,7 @@ class Lease:
 
     @property
     def remaining(self) -> float:
-        """Time until the lease lapses [s]; 0 if nobody holds it."""
+        """Time until the lease lapses [s]; 0 without a holder."""
         return max(self._until - self._clock(), 0.0) if self.holder else 0.0
 
     def value(self) -> LeaseValue:
@@ -95,12 +95,12 @@ class Lease:
         )
 
     def lapsed(self) -> bool:
-        """Return whether it has just lapsed; nobody holds it then."""
+        """Return whether it has just lapsed; it has no holder then."""
         if self.holder and self._clock() >= self._until:
             self.end()
             return True
         return False
 
     def end(self) -> None:
-        """Let nobody hold it."""
+        """Remove the holder."""
         self.holder = self.client = ""

@@ -26,7 +26,7 @@ class _Lines(logging.Formatter):
         self._journal = journal
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the line; what follows it, as a stack, is indented."""
+        """Return the line; further lines, as of a stack, are indented."""
         text = printable(record.getMessage())
         if record.exc_info:
             text += "\n  " + self.formatException(record.exc_info).replace("\n", "\n  ")

@@ -398,7 +398,7 @@ class Owner:
             operation: The operation.
             client: Who began it.
             epoch: Epoch of its lease.
-            on_lease_loss: What happens when that lapses.
+            on_lease_loss: Whether it stops or finishes when that lapses.
             number: A number that was reserved for it; 0 for the next.
         """
         goals = self.goals

@@ -18,7 +18,7 @@ from bioscara.server.gateways import Gateways
 from bioscara.server.owner import Owner
 
 _LOOP_CHECK = 0.2
-"""Time between two looks at whether the control loop runs [s]."""
+"""Period of the check that the control loop runs [s]."""
 
 _log = logging.getLogger(__name__)
 
@@ -34,7 +34,7 @@ class ServeSettings:
         evidence: Folder of the flight records.
         table: File with the poses, tools and frames; None if those of clients are not kept.
         group: Group whose members may be clients; empty for this user alone.
-        gateways: Words of ``bioscara`` that run each program beside it.
+        gateways: Words of ``bioscara`` that run each of its gateways.
         priority: Real-time priority of the control loop; None for none.
         speed: Factor by which simulated time is faster than real time.
     """

@@ -1,4 +1,4 @@
-"""What is simulated: faults and speed of an arm that the owner itself simulates."""
+"""Faults and speed of an arm that the owner itself simulates."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Simulation:
             self._bench.changed = changed
 
     def step(self, now: float) -> None:
-        """End what ends by itself; called at the end of each cycle.
+        """End the faults whose time is over; called at the end of each cycle.
 
         Args:
             now: Time on the arm's clock [s].
@@ -69,7 +69,7 @@ class Simulation:
             self._bench.step(now)
 
     def state(self) -> m.SimulationState:
-        """Return what is simulated now."""
+        """Return the faults and the speed now."""
         bench, clock = self._bench, self._clock
         faults = () if bench is None else bench.faults
         return m.SimulationState(
@@ -83,7 +83,7 @@ class Simulation:
 
         Args:
             speed: Simulated time in a second of real time.
-            client: Who wants it.
+            client: Name of the client.
 
         Raises:
             NotSupportedError: The arm is not simulated in this process.

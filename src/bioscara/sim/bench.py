@@ -1,7 +1,7 @@
 """The bench of a simulated arm: faults that a person switches on to see what the software does.
 
 Each is applied to the arm or to its bus, ends by itself or can be switched off, and is listed while
-it lasts, so that somebody who comes later sees what is wrong with the arm.
+it lasts, so that a client that connects later sees the cause in the arm.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ class Bench:
         self.changed(" ".join(word for word in ("simulated:", joint, fault, f"{value:g}") if word))
 
     def step(self, now: float) -> None:
-        """End what ends by itself; called each cycle.
+        """End the faults whose time is over; called each cycle.
 
         Args:
             now: Time on the arm's clock [s].

@@ -175,7 +175,7 @@ class _Server(uvicorn.Server):
 
 
 class _TimedHttp(H11Protocol):
-    """A connection that ends unless its first request comes soon; uvicorn would wait for ever."""
+    """A connection that ends unless its first request comes soon; uvicorn has no such limit."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin, with a limited time."""

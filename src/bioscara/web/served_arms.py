@@ -79,7 +79,7 @@ class ServedArms:
 
         Args:
             name: Name of its owner.
-            client: Who stops it.
+            client: Name of the client that stops it.
 
         Raises:
             OwnerLostError: No owner of that name runs.
@@ -94,7 +94,7 @@ class ServedArms:
         """Stop all arms of this computer, at the same time.
 
         Args:
-            client: Who stops them.
+            client: Name of the client that stops them.
         """
         owners = runtime.owners()
         return list(await asyncio.gather(*(self._stopped(owner, client) for owner in owners)))

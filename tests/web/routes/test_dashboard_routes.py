@@ -1,4 +1,4 @@
-"""What the page asks for besides the owner's messages, through the gateway."""
+"""Routes of the page that are no messages of the owner, through the gateway."""
 
 from __future__ import annotations
 

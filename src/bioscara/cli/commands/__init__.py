@@ -1,1 +1,1 @@
-"""The commands, one module each; ``bioscara NAME`` runs ``NAME.py``."""
+"""The commands, one module each, in folders; ``cli/arguments.py`` has their arguments."""

@@ -53,7 +53,7 @@ def simulated_devices(
     arm = SimulatedArm(seed=seed, v1=v1)
     clock = PacedClock(arm.clock)
     return Devices(
-        BenchBus(arm, seed),
+        BenchBus(arm, int(seed)),
         clock,
         f"simulation, in this process{_firmware(v1)}",
         *_simulated_gripper(parameters.gripper, clock),

@@ -40,8 +40,9 @@ def _chosen(joints: Sequence[str] | None) -> tuple[str, ...] | None:
         return None
     names = items("the joints to home", joints, 'give ["j2"]')
     for name in names:
-        if name not in JOINTS:
-            hint = did_you_mean(str(name), JOINTS, f"there are {', '.join(JOINTS)}")
+        if not isinstance(name, str) or name not in JOINTS:
+            given, listed = name if isinstance(name, str) else "", ", ".join(JOINTS)
+            hint = did_you_mean(given, JOINTS, f"there are {listed}")
             raise InvalidArgumentError(f"there is no joint {shown(name)} to home; {hint}")
     if not names:
         raise InvalidArgumentError(

@@ -15,7 +15,7 @@ from bioscara.robot.sequences.dry_run import dry_run
 from bioscara.robot.sequences.steps import StepSequence
 
 _LOOK = 0.05
-"""Time between two looks at a request to stop, during a wait [s]."""
+"""Period of the check for a request to stop, during a wait [s]."""
 
 
 class _Robot(Protocol):

@@ -3,6 +3,6 @@
 Each module has a function ``add(app, ...)``. ``http`` has what they share: the scope that a route
 needs, bodies, answers and refusals. ``page`` serves the files of the page, ``session`` signs
 browsers in, ``questions`` asks the owner, ``websocket`` begins relays, ``openapi`` describes them
-all. What the page needs beside the owner's messages is computed by :mod:`bioscara.dashboard`, in
-the threads of ``work``, and served by the others.
+all. Answers to the page that are no messages of the owner are computed by
+:mod:`bioscara.dashboard`, in the threads of ``work``, and served by the others.
 """

@@ -68,7 +68,9 @@ export class Hold {
     if (this.down.has(source)) return;
     this.down.add(source);
     if (this.down.size > 1) {
-      this.end(text("jog.end.second"));
+      const second = text("jog.end.second");
+      if (this.active) this.end(second);
+      else this.#become("idle", second);
       return;
     }
     const why = this.port.refusal() || this.port.doubt();
@@ -102,10 +104,8 @@ export class Hold {
    * @param {string} why Why, for the person; empty for a release.
    */
   end(why) {
-    if (!this.active) {
-      if (why && this.down.size) this.#become("idle", why);
-      return;
-    }
+    // What happens later does not replace why a press did nothing.
+    if (!this.active) return;
     this.count += 1;
     const { goal } = this;
     this.goal = null;

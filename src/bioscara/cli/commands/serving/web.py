@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from importlib.util import find_spec
 
-from bioscara.cli.commands.owners import owner_name
+from bioscara.cli.commands.serving.owners import owner_name
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest

@@ -31,7 +31,7 @@ from cli.commands.pictures import expected
 from served import NAME, arm_served
 
 NAMES = ("j1", "j2", "j3", "j4")
-EXAMPLE = Path(__file__).parents[3] / "examples" / "scene.yaml"
+EXAMPLE = Path(__file__).parents[4] / "examples" / "scene.yaml"
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None, reason="needs bioscara[view]"
 )

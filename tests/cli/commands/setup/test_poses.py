@@ -120,10 +120,10 @@ def test_the_current_position_can_be_saved(
         robot.home()
         robot.move_joints(goal)
 
-    def same_arm(_: SimulatedArm) -> Bus:
+    def same_arm(*_: object) -> Bus:
         return FirmwareBus(arm)
 
-    monkeypatch.setattr(bioscara.sim, "FirmwareBus", same_arm)
+    monkeypatch.setattr(bioscara.sim, "BenchBus", same_arm)
     places = [arm.position(name) for name in near]
     assert main(["poses", "save", "here", "--bus", "sim"]) == 0
     assert [arm.position(name) for name in near] == pytest.approx(places, abs=1e-4)

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from bioscara.api.runtime import DEFAULT
-from bioscara.cli.commands.owners import owner_name
+from bioscara.cli.commands.serving.owners import owner_name
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus
 from bioscara.cli.signals import StopRequest

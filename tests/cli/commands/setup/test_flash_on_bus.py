@@ -112,7 +112,7 @@ def test_a_joint_on_the_bus_is_flashed_and_identified(
         "verified: the flash holds the image",
         "confirmed: j1 answers with protocol 2, firmware 0.1",
     ]
-    page = (Path(__file__).parents[3] / "docs/firmware.md").read_text()
+    page = (Path(__file__).parents[4] / "docs/firmware.md").read_text()
     (shown,) = re.findall(r"    \$ bioscara flash .*\n    image: \.\.\n((?:    .*\n)*)", page)
     assert [line.strip() for line in shown.splitlines()] == others
     assert bus.tools.flash(SERIALS["j1"]) == image(1)

@@ -1,0 +1,1 @@
+"""Commands that move the arm, plan that, or deal with its faults."""

@@ -1,0 +1,1 @@
+"""Commands about an arm of many programs: its owner, gateways, recordings, looking, STOP."""

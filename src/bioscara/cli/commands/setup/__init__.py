@@ -1,0 +1,1 @@
+"""Commands that prepare an arm: joints and their firmware, poses, tools, a simulated arm."""
