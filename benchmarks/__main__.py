@@ -29,6 +29,7 @@ TOPICS = {
     "files": "Reading files",
     "recording": "Recording",
     "web": "On the web",
+    "dashboard": "The dashboard",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
@@ -77,7 +78,7 @@ def _heading() -> list[str]:
         "",
         "Written by `make bench`. Times are this run's and differ between computers. No limit is a",
         "time: each is a ratio to a reference that was measured in turns with it or at once, or",
-        "concerns the simulated arm, where time is virtual.",
+        "concerns the simulated arm, where time is virtual; those of the dashboard are budgets.",
         "",
         f"Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores.",
     ]
