@@ -46,8 +46,11 @@ NOTED = """() => {
         }, { capture: true });
     }
 }"""
-SIZE = """() => ["navigation", "resource"].flatMap((kind) => performance.getEntriesByType(kind))
-    .reduce((sum, each) => sum + each.encodedBodySize, 0)"""
+SIZE = """() => {
+    const every = ["navigation", "resource"].flatMap((kind) => performance.getEntriesByType(kind));
+    const files = every.filter(({ name }) => !/\\/api\\/(?!meshes|model)/.test(name));
+    return files.reduce((sum, each) => sum + each.encodedBodySize, 0);
+}"""
 DRAWN = "() => document.querySelector('.view-canvas canvas')?.width ? performance.now() : 0"
 
 

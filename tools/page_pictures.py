@@ -43,7 +43,6 @@ AGED = """(age) => Object.defineProperty(bioscara.arm, "arrival", {
 DOCUMENTED = {
     "run-commanding-desktop-light": "dashboard",
     "jog-commanding-phone-dark": "dashboard-phone",
-    "teach-commanding-desktop-light": "dashboard-teach",
     "plots-commanding-desktop-dark": "dashboard-plots",
     "health-fault-desktop-light": "dashboard-fault",
     "bench-commanding-tablet-light": "dashboard-bench",
