@@ -29,7 +29,13 @@ def test_each_mesh_of_the_model_is_served(left: Site) -> None:
         assert names == set(meshes())
         answer = client.get("/api/meshes/link_1_printed.stl")
         assert answer.headers["content-type"] == "model/stl"
+        assert answer.headers["content-encoding"] == "gzip"
         assert abs(read_stl(answer.content)).max() < 1.0
+        plain = client.get(
+            "/api/meshes/link_1_printed.stl", headers={"Accept-Encoding": "identity"}
+        )
+        assert "content-encoding" not in plain.headers
+        assert plain.content == answer.content
         for name in ("../bioscara.urdf", "..%2fbioscara.urdf", "absent.stl"):
             assert client.get(f"/api/meshes/{name}").status_code == 404
 
