@@ -77,7 +77,8 @@ def served() -> Iterator[RemoteRobot]:
     before = os.environ.get(VARIABLE)
     with tempfile.TemporaryDirectory(prefix="b") as folder:
         os.environ[VARIABLE] = folder
-        words = ["serve", "--name", ARM, "--with", f"web --port {PORT}", "--evidence", folder]
+        words = ["serve", "--name", ARM, "--with", f"web --port {PORT}"]
+        words += ["--evidence", folder, "--table", f"{folder}/poses.yaml"]
         owner = subprocess.Popen(  # noqa: S603  our own
             [sys.executable, "-m", "bioscara", *words], stdout=subprocess.DEVNULL
         )
