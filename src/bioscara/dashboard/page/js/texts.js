@@ -258,6 +258,7 @@ const TEXTS = {
   "run.empty": "carries nothing",
   "run.goals": "Motion",
   "run.idle": "Nothing runs.",
+  "run.idle_unknown": "It is not known what runs.",
   "run.pause": "Pause",
   "run.resume": "Resume",
   "run.stop_code": "STOP as code:",

@@ -51,6 +51,8 @@ export function goalsCard(app) {
   }
   const latest = h("h3", { text: text("run.latest") });
   const none = h("p", { class: "dim", text: text("run.idle") });
+  // Of an arm that does not answer it is not known that nothing runs.
+  const known = () => setText(none, text(arm.link === "gone" ? "run.idle_unknown" : "run.idle"));
   const paused = () => setText(pause, text(arm.sample?.paused ? "run.resume" : "run.pause"));
 
   /** Ask for the progress of what runs: no event tells of it. */
@@ -62,6 +64,7 @@ export function goalsCard(app) {
   arm.on("goals", update);
   arm.on("reset", update);
   arm.on("sample", paused);
+  arm.on("link", known);
   paused();
   update();
   const element = card(text("run.goals"),
