@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
@@ -67,7 +68,9 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         if terminal is not None:
             terminal.write_line(f"\n{text}")
         # Fixtures of the module, such as a process with an arm, may be what failed.
-        item.session._setupstate.teardown_exact(None)
+        with suppress(Exception):
+            # Those that complain at their end have done so in the first run.
+            item.session._setupstate.teardown_exact(None)
         item._initrequest()  # type: ignore[attr-defined]
         reports = runtestprotocol(item, log=False, nextitem=nextitem)
         for report in reports:

@@ -92,8 +92,9 @@ def wait_for_state(page: Page, *states: str) -> None:
 
 def command(page: Page) -> None:
     """Take the lease for the page, as its button does."""
-    page.get_by_role("button", name="Take control").click()
-    wait_for_state(page, "commanding")
+    page.locator("#lease-take").click()
+    # Asked for again and again: waiting within the page needs eval, which it does not allow.
+    wait_until(lambda: bool(page.evaluate("bioscara.arm.commands")), "the page has the lease")
 
 
 def at_rest(robot: RemoteRobot) -> bool:

@@ -92,10 +92,15 @@ def test_the_time_of_the_arm_passes_as_fast_as_is_chosen(page: Page, left: Site)
     speed = page.get_by_label("Speed of time").last
     speed.select_option("10")
     expect(page.locator("#panel-bench")).to_contain_text("Nothing is simulated to fail")
-    begin = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
-    page.wait_for_timeout(300)
-    end = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
-    assert (end[0] - begin[0]) / (end[1] - begin[1]) * 1e3 > 4
+
+    def speed_of_time() -> float:
+        begin = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
+        page.wait_for_timeout(300)
+        end = page.evaluate("[bioscara.arm.sample.time, performance.now()]")
+        return 1e3 * float(end[0] - begin[0]) / float(end[1] - begin[1])
+
+    # As fast as a late computer can.
+    wait_until(lambda: speed_of_time() > 2.0, "time passes faster")
     speed.select_option("1")
     wait_until(lambda: page.evaluate("bioscara.arm.link") == "live", "the values are fresh")
 

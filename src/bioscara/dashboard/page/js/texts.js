@@ -374,6 +374,7 @@ const TEXTS = {
   "teach.mount_means": "Mount the tool first: where the arm keeps clear follows from it.",
   "teach.frames": "Work frames",
   "teach.no_frames": "There is no work frame.",
+  "teach.no_poses": "There is no such pose. Move the arm to a place, give it a name and save it.",
   "teach.frame_here": "Save frame at the tool",
   "teach.sequence": "Sequence",
   "teach.title": "Title",

@@ -41,7 +41,7 @@ export class TrajectoryCard {
     this.checked = null;
     this.follower = new Follower(app, () => this.#update());
     this.status = h("p", { role: "status" });
-    this.problem = h("p", { class: "badge-line danger", role: "status" });
+    this.problem = h("p", { class: "badge-line danger", role: "status", hidden: true });
     this.notes = h("ul", { class: "plan-notes dim" });
     this.peaks = h("tbody");
     this.fit = button(text("files.fit"), () => this.#read(true));

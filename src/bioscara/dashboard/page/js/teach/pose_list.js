@@ -44,6 +44,8 @@ export class PoseList {
     this.poses = poses;
     this.mounted = mounted;
     this.filler.style.height = `${ROW * poses.length}px`;
+    if (poses.length) delete this.element.dataset.empty;
+    else this.element.dataset.empty = text("teach.no_poses");
     if (this.chosen && !poses.some(({ name }) => name === this.chosen)) this.select("");
     this.#draw();
   }
