@@ -24,7 +24,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from benchmarks.measure import Row
 from benchmarks.web import _line, _process
 
-COLD, PRESSES, WATCHED, USED = 2, 4, 2.0, 10.0
+COLD, PRESSES, WATCHED, USED = 5, 20, 8.0, 150.0
 """Loads from a cold cache; presses of a key; time of watching and of scripted use [s]."""
 Cycle = tuple[float, int, float]
 """Wall time of its end [s], number, setpoint of the first joint [rad]."""
