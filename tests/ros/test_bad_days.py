@@ -36,9 +36,13 @@ OBSTACLE = HALF[0] + 0.15
 
 
 @pytest.fixture(autouse=True)
-def cleared(ros: Ros) -> Iterator[None]:
+def cleared(ros: Ros, ros_rig: Rig) -> Iterator[None]:
     yield
     clear(ros)
+    if faults(ros):
+        # Of a test that failed: the next ones have an arm that can move.
+        simulate(ros_rig, "clear")
+        recover(ros)
 
 
 def simulate(rig: Rig, fault: str, joint: str = "", value: float = 1.0) -> None:
@@ -73,6 +77,12 @@ def faults(ros: Ros) -> list[str]:
     return [str(each) for each in found]
 
 
+def worst_level(ros: Ros) -> int:
+    """Return the highest level of the latest diagnostics, which come once a second."""
+    _, diagnostics = ros.do("heard", topic="/diagnostics")[-1]
+    return max(int(each["level"]) for each in diagnostics["status"])
+
+
 def test_a_fault_in_a_goal_aborts_it_with_the_reason(ros: Ros, ros_rig: Rig) -> None:
     ros.do("listen", type="diagnostic_msgs/DiagnosticArray", topic="/diagnostics")
     simulate(ros_rig, "obstacle", "j1", OBSTACLE)
@@ -84,9 +94,7 @@ def test_a_fault_in_a_goal_aborts_it_with_the_reason(ros: Ros, ros_rig: Rig) -> 
     assert ros.states() == {VELOCITY: "inactive"}
     assert any("j1" in each for each in faults(ros))
     assert "j1" in ros_rig.log
-    ros.do("forget", topic="/diagnostics")
-    (_, diagnostics), *_ = ros.do("heard", topic="/diagnostics")
-    assert max(each["level"] for each in diagnostics["status"]) == 2
+    wait_until(lambda: worst_level(ros) == 2, "an error among the diagnostics")
     assert not ros.switch([VELOCITY])["ok"]
     simulate(ros_rig, "clear_obstacles", "j1")
     recover(ros)

@@ -132,7 +132,7 @@ class ApiServer:
             framed = framing.Framed(sample)
             for connection in connections:
                 if sample is not None and connection.wants(kind):
-                    connection.offer(kind, framed, sample.time)
+                    connection.offer(kind, framed, sample.time, sample.cycle)
         owner.controllers_wanted = any(each.wants(m.ControllersSample) for each in connections)
 
     async def _tick(self) -> None:

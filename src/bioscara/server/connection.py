@@ -126,6 +126,7 @@ class _Subscription:
         due: Time from which on the next one is sent, on the arm's clock [s].
         behind: Whether one was left out, as the client still read.
         ahead: Number that are sent before the client confirms one; 0 for no limit.
+        sent: Cycle of the last one that was sent.
         unconfirmed: Cycles of the samples that it has not confirmed.
     """
 
@@ -133,12 +134,19 @@ class _Subscription:
     due: float = 0.0
     behind: bool = False
     ahead: int = 0
+    sent: int = 0
     unconfirmed: deque[int] = field(default_factory=deque)
 
     @property
     def full(self) -> bool:
         """Whether the client has to confirm one before the next is sent."""
         return 0 < self.ahead <= len(self.unconfirmed)
+
+    def send(self, cycle: int) -> None:
+        """Take it that the sample of a cycle is sent."""
+        self.sent = cycle
+        if self.ahead:
+            self.unconfirmed.append(cycle)
 
     def confirm(self, cycle: int) -> None:
         """Take it that the client has the samples up to a cycle."""
@@ -270,9 +278,9 @@ class Connection(asyncio.Protocol):
                 continue
             if (sample := newest[kind]) is not None:
                 subscription.behind = False
-                if subscription.ahead:
-                    subscription.unconfirmed.append(sample.cycle)
-                self._send(sample)
+                if sample.cycle != subscription.sent:
+                    subscription.send(sample.cycle)
+                    self._send(sample)
 
     def _confirm(self, cycle: int) -> None:
         if (subscription := self._subscriptions.get(m.StateSample)) is not None:
@@ -476,23 +484,24 @@ class Connection(asyncio.Protocol):
         if self._transport is not None:
             self._transport.close()
 
-    def offer(self, kind: type[AnySample], sample: framing.Framed, time: float) -> None:
+    def offer(self, kind: type[AnySample], sample: framing.Framed, time: float, cycle: int) -> None:
         """Send a sample, unless the client still reads; then it gets the newest afterwards.
 
         Args:
             kind: Its kind, to which the client has subscribed.
             sample: The sample.
             time: Its time on the arm's clock [s].
+            cycle: Number of its cycle.
         """
         subscription = self._subscriptions[kind]
-        if self._ending or time < subscription.due:
+        # It may be the one that the client got after it had read what came before.
+        if self._ending or time < subscription.due or cycle == subscription.sent:
             return
         subscription.due = time + 0.999 * subscription.period
         if self._full or subscription.full:
             subscription.behind = True
         else:
-            if subscription.ahead:
-                subscription.unconfirmed.append(self._owner.sample.cycle)
+            subscription.send(cycle)
             self._write(sample.json if self._encode is framing.encode_json else sample.packed)
 
     def pump(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -79,10 +79,15 @@ class DiagnosticStatus(NamedTuple):
 
 
 def diagnose(
-    manager: ControllerManager,
+    manager: ControllerManager, faults: Sequence[object] = ()
 ) -> tuple[DiagnosticStatus, DiagnosticStatus, DiagnosticStatus]:
-    """Return the status of the controllers, the hardware and the manager."""
-    return _controllers(manager), _hardware(manager), _cycles(manager)
+    """Return the status of the controllers, the hardware and the manager.
+
+    Args:
+        manager: The manager.
+        faults: Faults of the arm that stop it; each is an error of the hardware.
+    """
+    return _controllers(manager), _hardware(manager, faults), _cycles(manager)
 
 
 def _controllers(manager: ControllerManager) -> DiagnosticStatus:
@@ -109,7 +114,7 @@ def _controllers(manager: ControllerManager) -> DiagnosticStatus:
     return _status("Controllers Activity", ratings, values)
 
 
-def _hardware(manager: ControllerManager) -> DiagnosticStatus:
+def _hardware(manager: ControllerManager, faults: Sequence[object]) -> DiagnosticStatus:
     values: dict[str, str] = {}
     ratings: list[tuple[Level, str]] = []
     statistics = manager.statistics
@@ -126,6 +131,7 @@ def _hardware(manager: ControllerManager) -> DiagnosticStatus:
                 ratings.append((EXECUTION_TIME.rate(summary, 0.0), label))
     if not any(component.state is LifecycleState.ACTIVE for component in manager.components):
         ratings = [(Level.ERROR, "no hardware component is active")]
+    ratings = [*((Level.ERROR, str(fault)) for fault in faults), *ratings]
     return _status("Hardware Components Activity", ratings, values)
 
 

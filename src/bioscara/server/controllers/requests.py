@@ -354,12 +354,12 @@ class ClientControllers:
 
     def _introspect(self, *_: object) -> Later:
         def ask() -> m.Introspection:
-            manager = self._arm.stack.manager
+            stack = self._arm.stack
             return m.Introspection(
-                introspect(manager),
+                introspect(stack.manager),
                 tuple(
                     m.DiagnosticValue(each.name, int(each.level), each.message, dict(each.values))
-                    for each in diagnose(manager)
+                    for each in diagnose(stack.manager, stack.supervisor.faults)
                 ),
             )
 
