@@ -41,7 +41,9 @@ def recovered(page: Page, site: Site) -> None:
     expect(page.locator("#panel-bench")).to_contain_text("Nothing is simulated to fail")
     robot = site.robot
     robot.acquire_lease(force=True)
-    wait_until(lambda: robot.fault_list().state != "stopping", "the arm rests")
+    wait_until(
+        lambda: robot.fault_list().state != "stopping" and not robot.is_moving, "the arm rests"
+    )
     robot.acknowledge()
     robot.recover()
     robot.enable()
