@@ -18,6 +18,7 @@ from bioscara.remote import RemoteRobot
 from bioscara.web.scopes import Scope
 from bioscara.web.tokens import load_tokens
 from processes import environment, running, wait_for_line, wait_until
+from ros_environment import absent
 from served import HALF, NAME, runtime_folder
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -138,7 +139,7 @@ def stays(robot: RemoteRobot, time: float = 0.15) -> None:
 def require_browser() -> None:
     """Skip where there is no browser."""
     if CHROMIUM is None:
-        pytest.skip(NO_BROWSER)
+        absent(NO_BROWSER)
 
 
 def launched(playwright: Any) -> Browser:
