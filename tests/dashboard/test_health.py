@@ -20,6 +20,15 @@ GAP = """bioscara.connection.handlers.get("event")[0]({
     text: "7 events are not kept any more", client: "", goal: null, fault: null, lease: null,
 })"""
 
+LATE_ANSWER = """() => {
+    const ended = bioscara.ended.bind(bioscara);
+    bioscara.ended = async (goal) => {
+        const end = await ended(goal);
+        await new Promise((resolve) => setTimeout(resolve, 900));
+        return end;
+    };
+}"""
+
 HURRY = """(button) => new MutationObserver(() => {
     if (window.hurried || button.textContent !== "Recover") return;
     window.hurried = true;
@@ -68,6 +77,7 @@ def test_each_fault_leads_step_by_step_to_an_enabled_arm(page: Page, left: Site)
     expect(strip).to_contain_text("JOINT_RESET j3")
     expect(strip).to_contain_text("check the joint's supply, then home it again")
     wait_for_state(page, "fault")
+    page.evaluate(LATE_ANSWER)
     page.locator(STEP).evaluate(HURRY)
     page.locator(f'{STEP}[aria-disabled="false"]', has_text="Acknowledge").dblclick()
     expect(strip).to_contain_text("Acknowledged is not cleared")

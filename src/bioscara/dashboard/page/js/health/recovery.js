@@ -79,6 +79,8 @@ export class Recovery {
       if (end.failure) throw new RequestError(end.failure);
     });
     this.pending = false;
+    // The answer may come long after the sample that made the next step the next one.
+    this.changed = performance.now();
   }
 
   /** Forget that the motors are off because of a fault. */
