@@ -24,7 +24,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from benchmarks.measure import Row
 from benchmarks.web import _line, _process
 
-COLD, PRESSES, WATCHED, USED = 5, 20, 8.0, 150.0
+COLD, PRESSES, WATCHED, USED = 5, 30, 8.0, 150.0
 """Loads from a cold cache; presses of a key; time of watching and of scripted use [s]."""
 Cycle = tuple[float, int, float]
 """Wall time of its end [s], number, setpoint of the first joint [rad]."""
@@ -169,8 +169,8 @@ def _press_keys(page: Page) -> None:
     for number in range(PRESSES):
         key = "ArrowLeft" if number % 2 else "ArrowRight"
         page.keyboard.down(key)
-        # Not in step with the cycles.
-        page.wait_for_timeout(400 + 7 * number)
+        # Not in step with the cycles; short ones end while the arm still accelerates.
+        page.wait_for_timeout(100 + 17 * number)
         page.keyboard.up(key)
         page.wait_for_timeout(500)
 

@@ -121,6 +121,30 @@ def test_a_command_expires() -> None:
     assert jog.reason == "expired"
 
 
+@given(seed=st.integers(0, 2**32 - 1), cycles=st.integers(1, 50), expired=st.booleans())
+def test_a_released_arm_gets_no_faster_even_if_it_still_accelerated(
+    seed: int, cycles: int, expired: bool
+) -> None:
+    jog = Jog(ARM, LIMITS, REST, windows=BELTS)
+    velocity = random_velocity(np.random.default_rng(seed))
+    held(jog, velocity, cycles * PERIOD)
+    now = cycles * PERIOD
+    if expired:
+        now += EXPIRY
+    else:
+        jog.command(type(velocity)(), now)
+    released = ARM.tool_speed(jog.positions, jog.velocities)
+    for _ in range(30):
+        before = jog.velocities
+        now += PERIOD
+        _, after = jog.step(now, PERIOD)
+        if isinstance(velocity, JointVelocity):
+            assert np.all(np.abs(after) <= np.abs(before) + 1e-9)
+        else:
+            # On the tool's line a joint may get faster, and a stretched arm leaves the line.
+            assert ARM.tool_speed(jog.positions, after) <= released + 0.025
+
+
 def test_the_tool_moves_in_the_commanded_direction() -> None:
     jog = Jog(ARM, LIMITS, REST)
     start = ARM.forward(REST)

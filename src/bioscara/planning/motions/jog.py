@@ -132,6 +132,8 @@ class Jog:
         self._windows = tuple(windows)
         self._soon = (0.0, *itertools.accumulate(windows))
         self._smoothed = Smoothed(windows, _REST)
+        self._average: Sequence[float] = _REST
+        self._accelerating = False
         self._kind: type[JointVelocity | ToolVelocity] = JointVelocity
         self._stops.check_start(self.positions)
 
@@ -227,10 +229,13 @@ class Jog:
 
     def _command_now(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
         """Return the present command, reduced to the tool's speed limit."""
-        if not any(self._velocity):
-            return _REST
-        if not 0.0 <= time - self._since <= EXPIRY:
-            self.reason = "expired"
+        expired = not 0.0 <= time - self._since <= EXPIRY
+        if expired or not any(self._velocity):
+            if self._accelerating:
+                # The averages would go on rising: a released arm slows down from the next step on.
+                self._restart_averaging(self.velocities)
+            if any(self._velocity):
+                self.reason = "expired"
             return _REST
         kind = type(self._velocity)
         if kind is ToolVelocity and self._rates(ahead, self._velocity) is None:
@@ -323,7 +328,11 @@ class Jog:
         self.reason = ""
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
         a, b, c, d = self._rate_limited(self._command_now(time, ahead), ahead)
-        command = self._smoothed.step((a, b, c, d), period)
+        before = self._average
+        self._average = command = self._smoothed.step((a, b, c, d), period)
+        self._accelerating = any(
+            abs(after) > abs(each) for each, after in zip(before, command, strict=True)
+        )
         if not any(command):
             return _REST
         share = _APPROACH if self._windows else 1.0
