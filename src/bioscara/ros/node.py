@@ -10,11 +10,7 @@ from importlib.util import find_spec
 from typing import Any
 
 import rclpy
-from rclpy.executors import (
-    ExternalShutdownException,
-    MultiThreadedExecutor,
-    ShutdownException,
-)
+from rclpy.executors import ExternalShutdownException, ShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
@@ -24,6 +20,7 @@ from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.ros.arm_time import ArmTime
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.description import RobotDescription
+from bioscara.ros.executor import NodeExecutor
 from bioscara.ros.loaded import LoadedControllers
 from bioscara.ros.manager_services import ManagerServices
 from bioscara.ros.observation import Observation
@@ -34,6 +31,8 @@ from bioscara.ros.robot_frames import DESCRIPTION, LATCHED, RobotFrames
 NAME = "controller_manager"
 _THREADS = 16
 """Threads for callbacks: each goal that runs keeps one."""
+_WAIT = 0.1
+"""Longest wait for a callback [s]: the wake-up by the end of another one can be lost."""
 _POLL = 0.05
 """Period of the check for a request to end [s]."""
 _REMIND = 100
@@ -75,7 +74,7 @@ class ControllerManagerNode:
             text = str(error).partition(", at ")[0]
             raise ConfigurationError(f"ROS refuses the arguments: {text}") from error
         self._log = self.node.get_logger()
-        self._executor = MultiThreadedExecutor(_THREADS, context=self._context)
+        self._executor = NodeExecutor(_THREADS, self._context, self._callback_failed)
         self._executor.add_node(self.node)
         self._time = ArmTime(self._simulated_time)
         self._owner = OwnerConnection(arm, self._take, self._listed, self._changed)
@@ -125,11 +124,14 @@ class ControllerManagerNode:
     def _spin(self) -> None:
         while self._context.ok() and not self._ending:
             try:
-                self._executor.spin_once(timeout_sec=1.0)
+                self._executor.spin_once(timeout_sec=_WAIT)
             except (ExternalShutdownException, ShutdownException):
                 return
-            except Exception as error:  # noqa: BLE001  of a callback: the others go on
-                self._log.error(f"a callback has failed: {error!r}")
+            except Exception as error:  # noqa: BLE001  of one entity: the others go on
+                self._callback_failed(error)
+
+    def _callback_failed(self, error: BaseException) -> None:
+        self._log.error(f"a callback has failed: {error!r}")
 
     def _simulated_time(self) -> float | None:
         clock = self.node.get_clock()
