@@ -51,13 +51,13 @@ TOOL_SPEED = ("tests/control/limits/test_tool_speed.py",)
 FLIGHT_RECORD = ("tests/robot/connection/test_evidence_folder.py",)
 FAULT_HANDLING = ("tests/robot/operations/test_fault_handling.py",)
 OPERATIONS = ("tests/robot/operations/test_operations.py",)
-GRASP = ("tests/robot/operations/test_grasp.py",)
+GRASP = ("tests/robot/operations/motions/test_grasp.py",)
 CARRIED = ("tests/system/test_carried_load.py",)
 TEACH_FILE = ("tests/robot/workspace/test_teach_table.py",)
 GREETING = ("tests/drivers/link/test_handshake.py",)
 ORIGINAL = ("tests/drivers/link/test_original.py", "tests/hardware/test_original_joints.py")
 SOCKET = ("tests/sim/test_socket_bus.py",)
-JOGS = ("tests/server/test_jogs.py",)
+JOGS = ("tests/server/tasks/test_jogs.py",)
 EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
 EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
 EMULATED_BOOTLOADER = ("tests/firmware/test_emulated_bootloader.py",)
@@ -68,13 +68,13 @@ FLASH = (
     "tests/cli/commands/setup/test_flash_on_bus.py",
 )
 INTERLEAVINGS = ("tests/server/test_interleavings.py",)
-HOSTILE = "tests/server/test_hostile_clients.py"
+HOSTILE = "tests/server/clients/test_hostile_clients.py"
 LINK = "tests/remote/test_link.py"
 WEB_ROUTES = ("tests/web/test_every_route.py",)
 WEB_ANSWERS = ("tests/web/routes/test_dashboard_routes.py",)
-WEB_SIGN_IN = ("tests/web/test_sign_in.py",)
-WEB_RELAY = ("tests/web/test_relay.py",)
-WEB_TOKENS = ("tests/web/test_tokens.py",)
+WEB_SIGN_IN = ("tests/web/access/test_sign_in.py",)
+WEB_RELAY = ("tests/web/owner/test_relay.py",)
+WEB_TOKENS = ("tests/web/access/test_tokens.py",)
 WEB_GATEWAY = ("tests/web/test_gateway.py",)
 
 MUTANTS = (
@@ -629,35 +629,35 @@ MUTANTS = (
         "Robot.execute",
         "checked(plan.trajectory, planner, planned=True)",
         "plan",
-        ("tests/robot/operations/test_follow_trajectory.py",),
+        ("tests/robot/operations/motions/test_follow_trajectory.py",),
     ),
     Mutant(
         "commands that fall behind the plan",
         "_following",
         "allowed(joint, version, joint.max_velocity) + _late(joint, parameters)",
         "0.0",
-        ("tests/robot/operations/test_follow_trajectory.py",),
+        ("tests/robot/operations/motions/test_follow_trajectory.py",),
     ),
     Mutant(
         "arrival where the plan ends",
         "_following",
         '"goal": tolerances.goal,',
         "",
-        ("tests/robot/operations/test_follow_trajectory.py",),
+        ("tests/robot/operations/motions/test_follow_trajectory.py",),
     ),
     Mutant(
         "rest after a motion that was given up",
         "MotionExecution.follow",
         "yield from self._come_to_rest(zero)",
         "pass",
-        ("tests/robot/operations/test_follow_trajectory.py",),
+        ("tests/robot/operations/motions/test_follow_trajectory.py",),
     ),
     Mutant(
         "no path from beyond a limit",
         "Planner._require_within_limits",
         "problems:",
         "False:",
-        ("tests/robot/operations/test_follow_trajectory.py",),
+        ("tests/robot/operations/motions/test_follow_trajectory.py",),
     ),
     Mutant(
         "what joints latched before is a fault of the arm",
@@ -1413,42 +1413,42 @@ MUTANTS = (
         "ClientControllers._follow",
         "collision_checked=False",
         "collision_checked=True",
-        ("tests/robot/operations/test_run_controllers.py",),
+        ("tests/robot/operations/controllers/test_run_controllers.py",),
     ),
     Mutant(
         "the operation of controllers ends with the lease",
         "ClientControllers._switch",
         "self._admission.keep(begun, client, epoch)",
         "pass",
-        ("tests/robot/operations/test_run_controllers.py",),
+        ("tests/robot/operations/controllers/test_run_controllers.py",),
     ),
     Mutant(
         "a stop deactivates controllers of clients",
         "RunControllers.cycles",
         "stack.manager.switch(clock.now(), (), leaving)",
         "pass",
-        ("tests/robot/operations/test_controller_commands.py",),
+        ("tests/robot/operations/controllers/test_controller_commands.py",),
     ),
     Mutant(
         "a pause reaches forward controllers",
         "RunControllers._apply_speed",
         "controller.share = share",
         "pass",
-        ("tests/robot/operations/test_run_controllers.py",),
+        ("tests/robot/operations/controllers/test_run_controllers.py",),
     ),
     Mutant(
         "a trigger keeps the order of homing",
         "require_homing_of",
         "if other in missing:",
         "if False:",
-        ("tests/robot/operations/test_controller_commands.py",),
+        ("tests/robot/operations/controllers/test_controller_commands.py",),
     ),
     Mutant(
         "jaws of clients move where the arm rests",
         "send_gripper_goal",
         "if joint.commanded and",
         "if False and",
-        ("tests/robot/operations/test_controller_commands.py",),
+        ("tests/robot/operations/controllers/test_controller_commands.py",),
     ),
     Mutant(
         "owner: the goals of a lease end with it",
@@ -1560,14 +1560,14 @@ MUTANTS = (
         "Uploads.add",
         "count > POINTS_MAX",
         "False",
-        ("tests/server/test_uploads.py",),
+        ("tests/server/tasks/test_uploads.py",),
     ),
     Mutant(
         "owner: the trajectories of old goals are dropped",
         "ClientGoal.shorten",
         "self._final is None",
         "False",
-        ("tests/server/test_goals.py",),
+        ("tests/server/tasks/test_goals.py",),
     ),
     Mutant(
         "web: requests are counted",
@@ -1616,7 +1616,7 @@ MUTANTS = (
         "scopes.required_scope",
         "type(command) not in _OPERATE",
         "False",
-        ("tests/web/test_scopes.py",),
+        ("tests/web/access/test_scopes.py",),
     ),
     Mutant(
         "web: a session belongs to its scope",
@@ -1651,7 +1651,7 @@ MUTANTS = (
         "gateway_pages.page_of",
         "_URL.fullmatch(url)",
         "True",
-        ("tests/web/test_served_arms.py",),
+        ("tests/web/owner/test_served_arms.py",),
     ),
     Mutant(
         "web: messages are counted",
@@ -1672,14 +1672,14 @@ MUTANTS = (
         "Outbox.put",
         "message.startswith(_SAMPLE)",
         "False",
-        ("tests/web/test_outbox.py",),
+        ("tests/web/owner/test_outbox.py",),
     ),
     Mutant(
         "web: what waits is bounded",
         "Outbox.put",
         "self._size > MOST",
         "False",
-        ("tests/web/test_outbox.py",),
+        ("tests/web/owner/test_outbox.py",),
     ),
     Mutant(
         "web: tokens that others can read are refused",
@@ -1735,7 +1735,7 @@ MUTANTS = (
         "history._thinned",
         "np.maximum(low, high)",
         "np.minimum(low, high)",
-        ("tests/server/test_history.py",),
+        ("tests/server/state/test_history.py",),
     ),
     Mutant(
         "owner: poses of another program are not overwritten",
@@ -1756,7 +1756,7 @@ MUTANTS = (
         "_Subscription.full",
         "0 < self.ahead <= len(self.unconfirmed)",
         "False",
-        ("tests/server/test_samples.py",),
+        ("tests/server/state/test_samples.py",),
     ),
     Mutant(
         "owner: the speed of a simulation is bounded",

@@ -25,8 +25,8 @@ from bioscara.api import messages as m
 from bioscara.api.runtime import VARIABLE
 from bioscara.errors import BioscaraError
 from bioscara.remote import RemoteRobot
-from bioscara.web.scopes import Scope
-from bioscara.web.tokens import default_path, load_tokens
+from bioscara.web.access.scopes import Scope
+from bioscara.web.access.tokens import default_path, load_tokens
 
 ARM, PORT = "left", 18099
 SIZES = {"desktop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}

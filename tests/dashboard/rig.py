@@ -15,8 +15,8 @@ from playwright.sync_api import Browser, BrowserContext, Page
 
 from bioscara import Robot
 from bioscara.remote import RemoteRobot
-from bioscara.web.scopes import Scope
-from bioscara.web.tokens import load_tokens
+from bioscara.web.access.scopes import Scope
+from bioscara.web.access.tokens import load_tokens
 from processes import environment, running, wait_for_line, wait_until
 from ros_environment import absent
 from served import HALF, NAME, runtime_folder

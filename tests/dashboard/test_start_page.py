@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, Page, Route, expect
 
+from bioscara.web.access.scopes import Scope
 from bioscara.web.routes.page import VERSION
-from bioscara.web.scopes import Scope
 from dashboard.rig import Site, at_rest, command, wait_for_state
 from processes import wait_until
 from web.gateways import arm

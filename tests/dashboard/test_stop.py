@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page
 
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError
-from bioscara.web.scopes import Scope
+from bioscara.web.access.scopes import Scope
 from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
 from processes import wait_until
 

@@ -18,7 +18,7 @@ import pytest
 from bioscara.errors import HomingError
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
-from bioscara.robot.operations.homing_order import BEFORE, FOLDED
+from bioscara.robot.operations.motions.homing_order import BEFORE, FOLDED
 from bioscara.sim import FirmwareBus, SimulatedArm
 from oracle.oracle import HAND, JAWS, Hit, Oracle
 from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, too_near

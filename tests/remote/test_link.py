@@ -27,7 +27,7 @@ from bioscara.remote import link as link_module
 from bioscara.remote.link import OwnerLink
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
-from bioscara.server import connection, events
+from bioscara.server.clients import connection, events
 from bioscara.server.serve import Served, ServeSettings, serving
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot
 from simulated import NAMES

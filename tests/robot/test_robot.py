@@ -32,7 +32,7 @@ from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.operations.home import Home
+from bioscara.robot.operations.motions.home import Home
 from flight_records import read_record
 from simulated import simulated_robot
 

@@ -13,7 +13,7 @@ from bioscara.api.runtime import VARIABLE
 from bioscara.remote import RemoteRobot
 from bioscara.remote.link import OwnerLink
 from processes import wait_until
-from ros.controllers import (
+from ros.bringup_controllers import (
     HOMING,
     JOINTS,
     VELOCITY,

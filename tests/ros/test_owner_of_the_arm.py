@@ -18,7 +18,16 @@ from bioscara.api.runtime import VARIABLE, owners
 from bioscara.model.urdf import URDF
 from bioscara.remote.remote_robot import RemoteRobot
 from processes import LIMIT, wait_until
-from ros.controllers import BROADCASTER, VELOCITY, ended, energise, follow, go_home, goal, near
+from ros.bringup_controllers import (
+    BROADCASTER,
+    VELOCITY,
+    ended,
+    energise,
+    follow,
+    go_home,
+    goal,
+    near,
+)
 from ros.rig import ABORTED, MANAGER, Rig, Ros, rig
 from served import HALF, NAME
 

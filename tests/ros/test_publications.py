@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bioscara.model.urdf import URDF
-from ros.controllers import BROADCASTER, VELOCITY, clear, energise
+from ros.bringup_controllers import BROADCASTER, VELOCITY, clear, energise
 from ros.rig import MANAGER, Ros
 from served import HALF
 

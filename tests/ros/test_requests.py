@@ -12,8 +12,8 @@ from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import JointTrajectory, Point, Tolerance
 from bioscara.errors import GoalRejectedError
 from bioscara.ros import requests
+from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm_time import ArmTime
-from bioscara.ros.description import RobotDescription
 
 NAMES = "".join(f'<joint name="left_{joint}"/>' for joint in ("j1", "j2", "j3", "j4"))
 DESCRIPTION = RobotDescription(

@@ -20,8 +20,8 @@ from bioscara.errors import BioscaraError, LeaseError
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
-from bioscara.robot.operations.follow_trajectory import FollowTrajectory
-from bioscara.server.client import Later
+from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory
+from bioscara.server.clients.client import Later
 from bioscara.server.owner import Owner
 from served import HALF, own_robot
 

@@ -21,8 +21,8 @@ from bioscara.errors import BioscaraError, BusyOwnerError, FaultedError, OwnerLo
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
 from bioscara.server import overlay_file
-from bioscara.server.client import Later
-from bioscara.server.events import Events
+from bioscara.server.clients.client import Later
+from bioscara.server.clients.events import Events
 from bioscara.server.owner import run
 from bioscara.server.serve import Served, ServeSettings, serving
 from full_disk import full_after

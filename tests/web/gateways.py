@@ -19,8 +19,8 @@ from websockets.sync.client import ClientConnection, connect
 
 from bioscara.robot import Robot
 from bioscara.server.serve import Served, ServeSettings, serving
+from bioscara.web.access.scopes import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
-from bioscara.web.scopes import Scope
 from processes import wait_until
 
 LIMIT = 10.0

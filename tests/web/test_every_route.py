@@ -11,10 +11,10 @@ import httpx
 import pytest
 from starlette.routing import WebSocketRoute
 
-from bioscara.web.browser_sessions import LIFETIME
-from bioscara.web.rate_limit import RateLimits
+from bioscara.web.access.browser_sessions import LIFETIME
+from bioscara.web.access.rate_limit import RateLimits
+from bioscara.web.access.scopes import Scope
 from bioscara.web.routes.page import ASSETS
-from bioscara.web.scopes import Scope
 from web.gateways import LIMIT, Site, site
 
 

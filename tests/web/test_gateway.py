@@ -16,9 +16,9 @@ from websockets.sync.client import connect
 from bioscara.api import runtime
 from bioscara.errors import AccessError, ConfigurationError, OwnerLostError
 from bioscara.web import gateway as gateway_module
-from bioscara.web.certificates import fingerprint, self_signed
+from bioscara.web.access.certificates import fingerprint, self_signed
+from bioscara.web.access.scopes import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
-from bioscara.web.scopes import Scope
 from web.gateways import Site, WebClientOfTest, arm, running_gateway
 
 

@@ -12,8 +12,8 @@ import msgspec
 import pytest
 
 from bioscara.api import messages as m
+from bioscara.web.access.scopes import Scope
 from bioscara.web.routes.questions import QUESTIONS
-from bioscara.web.scopes import Scope
 from processes import wait_until
 from web.gateways import Site, site
 

@@ -12,7 +12,7 @@ from bioscara.robot.sequences.calls import calls
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
 from bioscara.robot.sequences.steps import StepSequence, sequence_of
 from bioscara.robot.workspace.workspace import Workspace
-from bioscara.web.scopes import Scope
+from bioscara.web.access.scopes import Scope
 from robot.sequences.samples import EACH_KIND
 from served import HALF
 from web.gateways import Site, site

@@ -83,8 +83,8 @@ def _address() -> str:
         OwnerLostError: It does not begin.
     """
     # Imported here: installed by an extra.
-    from bioscara.web.scopes import Scope  # noqa: PLC0415
-    from bioscara.web.tokens import default_path, load_tokens  # noqa: PLC0415
+    from bioscara.web.access.scopes import Scope  # noqa: PLC0415
+    from bioscara.web.access.tokens import default_path, load_tokens  # noqa: PLC0415
 
     end = time.monotonic() + _PATIENCE
     while (url := page_of(NAME)) is None:

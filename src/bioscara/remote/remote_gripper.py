@@ -8,7 +8,7 @@ from collections.abc import Callable
 from bioscara.api import messages as m
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.remote.remote_operation import RemoteOperation
-from bioscara.robot.operations.grasp import OPENING, SQUEEZE
+from bioscara.robot.operations.motions.grasp import OPENING, SQUEEZE
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.workspace.load import Load
 

@@ -46,8 +46,8 @@ from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_controllers import RemoteControllers
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
-from bioscara.robot.operations.home import PerJoint
-from bioscara.robot.operations.jog import Velocity
+from bioscara.robot.operations.motions.home import PerJoint
+from bioscara.robot.operations.motions.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.frames import Frame

@@ -7,8 +7,8 @@ import math
 from bioscara.arguments import flag
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.robot.arm import Arm
-from bioscara.robot.operations.grasp import OPENING, SQUEEZE, Grasp, Release
-from bioscara.robot.operations.move_gripper import MoveGripper
+from bioscara.robot.operations.motions.grasp import OPENING, SQUEEZE, Grasp, Release
+from bioscara.robot.operations.motions.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import DisableGripper, EnableGripper
 from bioscara.robot.workspace.load import Load

@@ -31,10 +31,10 @@ from bioscara.robot.connection.devices import devices_on, real_gripper, simulate
 from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.fault_handling import Acknowledge, Recover
-from bioscara.robot.operations.follow_trajectory import FollowTrajectory, MakePlan, checked
-from bioscara.robot.operations.grasp import Attach
-from bioscara.robot.operations.home import Home, PerJoint
-from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, MakePlan, checked
+from bioscara.robot.operations.motions.grasp import Attach
+from bioscara.robot.operations.motions.home import Home, PerJoint
+from bioscara.robot.operations.motions.jog import Jog, Velocity
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, Enable
 from bioscara.robot.planner import Plan, Planner

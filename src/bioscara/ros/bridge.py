@@ -11,9 +11,9 @@ from rclpy.parameter import Parameter
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from bioscara.errors import BioscaraError
+from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm_time import ArmTime
-from bioscara.ros.description import RobotDescription
-from bioscara.ros.goals import Goals
+from bioscara.ros.controllers.goals import Goals
 from bioscara.ros.owner import OwnerConnection
 
 SERVICES = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)

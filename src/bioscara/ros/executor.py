@@ -17,7 +17,7 @@ from rclpy.executors import Executor, TimeoutException
 from rclpy.subscription import Subscription
 
 
-class NodeExecutor(Executor):
+class NodeExecutor(Executor):  # type: ignore[misc]
     """Runs callbacks of subscriptions one after the other, and all others in parallel.
 
     Args:

@@ -23,8 +23,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bioscara.api import messages as m
 from bioscara.planning import Sample, Trajectory
-from bioscara.ros.description import RobotDescription
-from bioscara.ros.frames import Transform
+from bioscara.ros.arm.description import RobotDescription
+from bioscara.ros.arm.frames import Transform
 
 NUMBERS = {
     "unknown": State.PRIMARY_STATE_UNKNOWN,

@@ -17,16 +17,16 @@ from std_msgs.msg import String
 
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, ConfigurationError
+from bioscara.ros.arm.description import RobotDescription
+from bioscara.ros.arm.robot_frames import DESCRIPTION, LATCHED, RobotFrames
 from bioscara.ros.arm_time import ArmTime
 from bioscara.ros.bridge import Bridge
-from bioscara.ros.description import RobotDescription
+from bioscara.ros.controllers.loaded import LoadedControllers
+from bioscara.ros.controllers.manager_services import ManagerServices
+from bioscara.ros.controllers.parameters import without_effect
 from bioscara.ros.executor import NodeExecutor
-from bioscara.ros.loaded import LoadedControllers
-from bioscara.ros.manager_services import ManagerServices
 from bioscara.ros.observation import Observation
 from bioscara.ros.owner import OwnerConnection
-from bioscara.ros.parameters import without_effect
-from bioscara.ros.robot_frames import DESCRIPTION, LATCHED, RobotFrames
 
 NAME = "controller_manager"
 _THREADS = 16
@@ -162,8 +162,8 @@ class ControllerManagerNode:
             )
         else:
             # Imported here: not installed on each computer with ROS.
-            from bioscara.ros.arm_actions import ArmActions  # noqa: PLC0415
-            from bioscara.ros.arm_services import ArmServices  # noqa: PLC0415
+            from bioscara.ros.arm.actions import ArmActions  # noqa: PLC0415
+            from bioscara.ros.arm.services import ArmServices  # noqa: PLC0415
 
             ArmServices(bridge)
             ArmActions(bridge)

@@ -11,8 +11,8 @@ from bioscara.api import messages as m
 from bioscara.errors import BioscaraError
 from bioscara.ros import messages
 from bioscara.ros.bridge import Bridge
-from bioscara.ros.loaded import LoadedControllers
-from bioscara.ros.manager_services import described
+from bioscara.ros.controllers.loaded import LoadedControllers
+from bioscara.ros.controllers.manager_services import described
 
 _LATCHED = QoSProfile(
     depth=1,

@@ -9,8 +9,8 @@ from typing import Any
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
 from bioscara.errors import GoalRejectedError
+from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm_time import ArmTime
-from bioscara.ros.description import RobotDescription
 
 
 def seconds(time: Any) -> float:

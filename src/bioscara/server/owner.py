@@ -26,22 +26,21 @@ from bioscara.errors import (
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
-from bioscara.robot.operations.jog import Jog
+from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
-from bioscara.server.client import Client, Later
+from bioscara.server.clients.client import Client, Later
+from bioscara.server.clients.events import Events
+from bioscara.server.clients.lease import Lease
 from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
-from bioscara.server.events import Events
-from bioscara.server.goals import ClientGoal, Goals
-from bioscara.server.history import StateHistory
-from bioscara.server.jog_stream import JogStream, velocity_of
-from bioscara.server.joint_reports import JointReports
-from bioscara.server.lease import Lease
 from bioscara.server.overlay_file import OverlayFile
-from bioscara.server.queries import (
+from bioscara.server.simulation import Simulation
+from bioscara.server.state.history import StateHistory
+from bioscara.server.state.joint_reports import JointReports
+from bioscara.server.state.queries import (
     controller_list,
     fault_list,
     flight_record,
@@ -50,11 +49,12 @@ from bioscara.server.queries import (
     statistics,
     workspace_state,
 )
-from bioscara.server.sampling import Sampler
-from bioscara.server.simulation import Simulation
+from bioscara.server.state.sampling import Sampler
 from bioscara.server.table_file import TableFile
-from bioscara.server.tasks import Tasks, make_plan
-from bioscara.server.uploads import Uploads
+from bioscara.server.tasks.goals import ClientGoal, Goals
+from bioscara.server.tasks.jog_stream import JogStream, velocity_of
+from bioscara.server.tasks.tasks import Tasks, make_plan
+from bioscara.server.tasks.uploads import Uploads
 from bioscara.version import __version__
 
 _log = logging.getLogger(__name__)

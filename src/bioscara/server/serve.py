@@ -13,7 +13,7 @@ from pathlib import Path
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import HardwareError
 from bioscara.robot import FAULTS, Robot
-from bioscara.server.api_server import ApiServer
+from bioscara.server.clients.api_server import ApiServer
 from bioscara.server.gateways import Gateways
 from bioscara.server.owner import Owner
 

@@ -1,8 +1,7 @@
 """The gateway for the web: a client of an arm's owner that browsers can reach.
 
-Begin with ``app`` and ``routes``, and ``relay``, which joins one WebSocket to the owner's socket.
-``guard`` checks each request first: its address with ``addresses``, its credential with ``tokens``
-and ``browser_sessions``, its rate with ``rate_limit``; ``scopes`` is what a credential may do.
-``owner_stream`` talks to the owner. ``gateway`` listens, with a certificate of ``certificates`` if
-none is given. Needs the extra ``web``.
+Begin with ``app``, which joins the ``routes`` with the settings of ``settings``. ``access`` checks
+each request before a route sees it: who asks, from where and how often. ``owner`` are the
+connections to the owner of the arm, also for a WebSocket. ``gateway`` listens, with TLS. Needs the
+extra ``web``.
 """

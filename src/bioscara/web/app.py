@@ -16,10 +16,11 @@ from bioscara.dashboard.recordings import RecordedSamples, RecordingEntry
 from bioscara.dashboard.sequences import DryRun, SequenceText
 from bioscara.dashboard.trajectories import CheckedTrajectory
 from bioscara.version import __version__
-from bioscara.web.guard import SIGN_IN_PERIOD, SIGN_INS, Guard
-from bioscara.web.owner_facts import OwnerFacts
-from bioscara.web.owner_queries import OwnerQueries
-from bioscara.web.rate_limit import RateLimits
+from bioscara.web.access.guard import SIGN_IN_PERIOD, SIGN_INS, Guard
+from bioscara.web.access.rate_limit import RateLimits
+from bioscara.web.owner.facts import OwnerFacts
+from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.owner.served_arms import ServedArm, ServedArms, StoppedArm
 from bioscara.web.routes import (
     arms,
     clearance,
@@ -36,7 +37,6 @@ from bioscara.web.routes import (
     websocket,
 )
 from bioscara.web.routes.work import Work
-from bioscara.web.served_arms import ServedArm, ServedArms, StoppedArm
 from bioscara.web.settings import WebSettings
 
 PUBLIC = frozenset({*page.ASSETS, "/healthz", "/session"})

@@ -16,19 +16,19 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from bioscara.api import framing, runtime
 from bioscara.api.gateway_pages import Announcement
 from bioscara.errors import ConfigurationError
-from bioscara.web.addresses import (
+from bioscara.web.access.addresses import (
     LOCAL_NAMES,
     OwnAddresses,
     is_any,
     is_loopback,
     require_host_name,
 )
+from bioscara.web.access.browser_sessions import BrowserSessions
+from bioscara.web.access.certificates import fingerprint, self_signed
+from bioscara.web.access.scopes import Scope
+from bioscara.web.access.tokens import Tokens, default_path, load_tokens
 from bioscara.web.app import guarded, make_app
-from bioscara.web.browser_sessions import BrowserSessions
-from bioscara.web.certificates import fingerprint, self_signed
-from bioscara.web.scopes import Scope
 from bioscara.web.settings import WebSettings
-from bioscara.web.tokens import Tokens, default_path, load_tokens
 
 CONNECTIONS = 256
 """Connections at once, above which others are told to wait."""

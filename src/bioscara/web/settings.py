@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from bioscara.web.addresses import OwnAddresses
-from bioscara.web.browser_sessions import BrowserSessions
-from bioscara.web.tokens import Tokens
+from bioscara.web.access.addresses import OwnAddresses
+from bioscara.web.access.browser_sessions import BrowserSessions
+from bioscara.web.access.tokens import Tokens
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ import pytest
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FollowingError
 from bioscara.robot.operations.fault_handling import Acknowledge
-from bioscara.robot.operations.follow_trajectory import FollowTrajectory
+from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory
 from simulated import SimulatedRobot, homed_robot
 
 SLOW_DISK = 0.3

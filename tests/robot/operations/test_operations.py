@@ -30,10 +30,10 @@ from bioscara.planning import Trajectory
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.operations.follow_trajectory import FollowTrajectory, checked
-from bioscara.robot.operations.home import Home
-from bioscara.robot.operations.jog import Jog
-from bioscara.robot.operations.move_gripper import MoveGripper
+from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
+from bioscara.robot.operations.motions.home import Home
+from bioscara.robot.operations.motions.jog import Jog
+from bioscara.robot.operations.motions.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import OnCycle, Operation, Status
 from bioscara.sim import FirmwareBus, SimulatedArm
 from simulated import NEAR

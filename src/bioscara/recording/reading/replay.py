@@ -24,9 +24,9 @@ from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.joint_states import ARM
 from bioscara.rosbag.topics import Topic
-from bioscara.server.api_server import ApiServer
-from bioscara.server.client import Client
-from bioscara.server.history import StateHistory
+from bioscara.server.clients.api_server import ApiServer
+from bioscara.server.clients.client import Client
+from bioscara.server.state.history import StateHistory
 
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the factor to real time."""

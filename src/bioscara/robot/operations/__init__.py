@@ -2,6 +2,9 @@
 
 Begin with ``operation``: an ``Operation`` is begun, stepped, paused, resumed and cancelled, and has
 a status, a progress and a result or an error. ``execution`` moves the arm within an operation and
-brings it to rest however that ends. ``arbiter`` admits one operation for each device. The other
-modules are the operations; ``Arm`` in ``robot.arm`` begins and steps them.
+brings it to rest however that ends. ``arbiter`` admits one operation for each device, and
+``cycle_recorder`` records the cycles of one.
+
+The other modules and folders are the operations: ``motions``, those for ``controllers`` of clients,
+and here those that move nothing. ``Arm`` in ``robot.arm`` begins and steps them.
 """

@@ -10,7 +10,7 @@ import numpy as np
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.kinematics import Joints
 from bioscara.planning import Trajectory
-from bioscara.robot.operations.grasp import OPENING, SQUEEZE
+from bioscara.robot.operations.motions.grasp import OPENING, SQUEEZE
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.sequences.calls import Call, about, call_of, of_steps
 from bioscara.robot.sequences.steps import StepSequence, require_tool

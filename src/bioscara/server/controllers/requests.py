@@ -35,11 +35,11 @@ from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
 from bioscara.robot.operations.between_cycles import BetweenCycles
-from bioscara.robot.operations.controller_commands import send_gripper_goal, trigger_homing
+from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
+from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
+from bioscara.robot.operations.controllers.set_hardware_state import SetHardwareState
 from bioscara.robot.operations.operation import Operation
-from bioscara.robot.operations.run_controllers import RunControllers, switch
-from bioscara.robot.operations.set_hardware_state import SetHardwareState
-from bioscara.server.client import Client, Later
+from bioscara.server.clients.client import Client, Later
 from bioscara.server.controllers.goals import ControllerGoals
 from bioscara.server.controllers.parameters import LOADED, made_controller, require_client
 from bioscara.spelling import did_you_mean

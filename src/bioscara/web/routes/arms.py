@@ -7,9 +7,9 @@ from http import HTTPStatus
 from fastapi import FastAPI, Response
 
 from bioscara.errors import OwnerLostError
-from bioscara.web.relay import WebClient
+from bioscara.web.owner.relay import WebClient
+from bioscara.web.owner.served_arms import ServedArm, ServedArms, StoppedArm
 from bioscara.web.routes.http import RefusedError, Viewer, answers, json
-from bioscara.web.served_arms import ServedArm, ServedArms, StoppedArm
 
 
 def add(app: FastAPI, served: ServedArms) -> None:

@@ -7,8 +7,8 @@ from fastapi import FastAPI, Response
 
 from bioscara.api import messages as m
 from bioscara.dashboard.clearance import Clearance, clearance
-from bioscara.web.owner_facts import OwnerFacts
-from bioscara.web.owner_queries import OwnerQueries
+from bioscara.web.owner.facts import OwnerFacts
+from bioscara.web.owner.queries import OwnerQueries
 from bioscara.web.routes.http import Viewer, answers, json
 from bioscara.web.routes.work import Work
 

@@ -14,9 +14,9 @@ from starlette.requests import ClientDisconnect, HTTPConnection
 from bioscara.api import framing
 from bioscara.api.failures import failure_of
 from bioscara.errors import BioscaraError, InvalidArgumentError
-from bioscara.web.guard import Credential, failure_body
-from bioscara.web.owner_queries import RequestFailedError
-from bioscara.web.scopes import Scope
+from bioscara.web.access.guard import Credential, failure_body
+from bioscara.web.access.scopes import Scope
+from bioscara.web.owner.queries import RequestFailedError
 
 JSON = "application/json"
 _BODIES = 4

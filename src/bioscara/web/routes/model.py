@@ -8,7 +8,7 @@ from http import HTTPStatus
 from fastapi import FastAPI, Request, Response
 
 from bioscara.dashboard.model import ArmModel, meshes, model_of
-from bioscara.web.owner_facts import OwnerFacts
+from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.routes.http import RefusedError, Viewer, answers, json
 from bioscara.web.routes.work import Work
 

@@ -16,7 +16,7 @@ from bioscara.dashboard.parameters import (
     parameter_rows,
 )
 from bioscara.errors import BioscaraError, InvalidArgumentError
-from bioscara.web.owner_queries import OwnerQueries
+from bioscara.web.owner.queries import OwnerQueries
 from bioscara.web.routes.http import Viewer, answers, body_of, json, schema, unusable
 from bioscara.web.routes.work import Work
 

@@ -10,8 +10,8 @@ import msgspec
 from fastapi import FastAPI, Response
 
 from bioscara.api import messages as m
-from bioscara.web.owner_queries import OwnerQueries
-from bioscara.web.relay import WebClient
+from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.owner.relay import WebClient
 from bioscara.web.routes.http import JSON, Viewer, schema
 from bioscara.web.settings import WebSettings
 

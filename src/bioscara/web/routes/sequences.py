@@ -19,8 +19,8 @@ from bioscara.dashboard.sequences import (
     written,
 )
 from bioscara.errors import BioscaraError
-from bioscara.web.owner_facts import OwnerFacts
-from bioscara.web.owner_queries import OwnerQueries
+from bioscara.web.owner.facts import OwnerFacts
+from bioscara.web.owner.queries import OwnerQueries
 from bioscara.web.routes.http import Viewer, answers, body_of, json, unusable
 from bioscara.web.routes.work import Work
 

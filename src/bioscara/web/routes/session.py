@@ -8,8 +8,8 @@ from http import HTTPStatus
 import msgspec
 from fastapi import FastAPI, Request, Response
 
-from bioscara.web.browser_sessions import LIFETIME
-from bioscara.web.guard import TOO_MANY_SIGN_INS
+from bioscara.web.access.browser_sessions import LIFETIME
+from bioscara.web.access.guard import TOO_MANY_SIGN_INS
 from bioscara.web.routes.http import JSON, RefusedError, json, received, refusal
 from bioscara.web.routes.page import VERSION
 from bioscara.web.settings import WebSettings

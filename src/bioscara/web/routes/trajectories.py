@@ -8,7 +8,7 @@ from bioscara.api import framing
 from bioscara.dashboard.trajectories import SIZE_MAX, CheckedTrajectory, checked_trajectory
 from bioscara.errors import BioscaraError
 from bioscara.model import ArmParameters
-from bioscara.web.owner_facts import OwnerFacts
+from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.routes.http import JSON, Viewer, answers, body_of, unusable
 from bioscara.web.routes.work import Work
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fastapi import FastAPI, WebSocket
 
-from bioscara.web.relay import Relay, WebClient
+from bioscara.web.access.scopes import Scope
+from bioscara.web.owner.relay import Relay, WebClient
 from bioscara.web.routes.http import Viewer
-from bioscara.web.scopes import Scope
 from bioscara.web.settings import WebSettings
 
 WEBSOCKETS, VIEWERS = 64, 48

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bioscara.cli.arm import arrange
-from bioscara.cli.jog_keys import JogKeys
-from bioscara.cli.keyboard import Keyboard
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position, tool_line
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
@@ -14,6 +12,8 @@ from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import scene_from
 from bioscara.cli.teach_table import lookup, read_table
+from bioscara.cli.terminal.jog_keys import JogKeys
+from bioscara.cli.terminal.keyboard import Keyboard
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity

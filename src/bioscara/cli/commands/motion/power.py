@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from bioscara.cli.arm import acknowledge_faults, open_arm, remedy, require_acknowledgement
-from bioscara.cli.live_state import show_live
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import StopRequest
+from bioscara.cli.terminal.live_state import show_live
 
 
 def run(options: Options) -> int:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from bioscara.cli.arm import open_arm
-from bioscara.cli.live_state import show_live
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import StopRequest
+from bioscara.cli.terminal.live_state import show_live
 
 
 def run(options: Options) -> int:

@@ -1,0 +1,38 @@
+"""A homing controller: its topic."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from control_msgs.msg import DynamicInterfaceGroupValues
+from rclpy.qos import qos_profile_system_default
+
+from bioscara.api import messages as m
+from bioscara.ros import requests
+from bioscara.ros.controllers.controller_node import ControllerNode
+
+
+class HomingNode(ControllerNode):
+    """The node of a single trigger controller."""
+
+    def create(self) -> None:
+        """Create the topic."""
+        self.subscription(
+            DynamicInterfaceGroupValues,
+            "~/commands",
+            self._trigger,
+            qos_profile_system_default,
+        )
+
+    def report(self, ended: m.EndedGoal) -> None:
+        """Write how a homing ended to the log, as the topic has no answer."""
+        log = self.node.get_logger()
+        if ended.status == "aborted":
+            log.error(ended.text)
+        else:
+            log.info(f"homing {ended.status} {ended.text}".rstrip())
+
+    def _trigger(self, message: Any) -> None:
+        controllers = self.bridge.owner.robot.controllers
+        for joint, command in requests.homing_commands(message, self.bridge.description):
+            controllers.trigger(self.name, joint, command)

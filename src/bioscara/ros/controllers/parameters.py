@@ -1,0 +1,189 @@
+"""Parameters of nodes, as the owner's controllers take them."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from bioscara.control.controllers.gripper_action_controller import GripperActionController
+from bioscara.control.controllers.homing_controller import HomingController
+from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
+from bioscara.errors import ConfigurationError
+from bioscara.model import ArmParameters
+from bioscara.model.parameters import JOINTS
+from bioscara.ros.arm.description import RobotDescription
+
+_OF_NODES = frozenset(
+    {
+        "use_sim_time",
+        "start_type_description_service",
+        "qos_overrides",
+        "type",
+        "params_file",
+        "node_options_args",
+        "thread_priority",
+        "cpu_affinity",
+        "lock_memory",
+        "async_parameters",
+    }
+)
+"""Parameters of nodes and of threads, which no controller here has."""
+_OF_BROADCASTER = frozenset(
+    {
+        "frame_id",
+        "use_local_topics",
+        "use_urdf_to_filter",
+        "publish_dynamic_joint_states",
+        "interfaces",
+        "map_interface_to_joint_state",
+    }
+)
+"""Parameters of the broadcaster that concern its messages only."""
+
+
+_FIXED: dict[str, tuple[Any, str]] = {
+    "enforce_command_limits": (True, "limits always apply"),
+    "handle_exceptions": (True, "a controller that fails is always deactivated"),
+    "overruns.manage": (True, "missed cycles are always left out"),
+    "overruns.print_warnings": (True, "overruns are always reported"),
+    "defaults.allow_controller_activation_with_inactive_hardware": (
+        False,
+        "commands for hardware that is not active are always refused",
+    ),
+    "defaults.deactivate_controllers_on_hardware_self_deactivate": (
+        True,
+        "hardware that goes down always takes its controllers along",
+    ),
+}
+"""Parameters of ros2_control's manager with the only value that they can have here, and why."""
+_OF_OWNER = {
+    "hardware_components_initial_state": "nothing is energised by a start; set the state by the "
+    "service",
+    "thread_priority": "bioscara serve has the option --priority",
+    "cpu_affinity": "taskset chooses the processors of bioscara serve",
+    "lock_memory": "bioscara serve --priority locks the memory",
+}
+"""Parameters that have no effect, and those that have one."""
+
+
+def without_effect(flat: Mapping[str, Any]) -> list[str]:
+    """Return a sentence for each parameter of the manager that asks for what it cannot do.
+
+    Args:
+        flat: Parameters of the manager, with dots in their names.
+    """
+    found = [
+        f"{name} {value!r} has no effect: {_FIXED[name][1]}"
+        for name, value in flat.items()
+        if name in _FIXED and value != _FIXED[name][0]
+    ]
+    groups = dict.fromkeys(name.partition(".")[0] for name in flat)
+    found += [f"{name} has no effect: {_OF_OWNER[name]}" for name in groups if name in _OF_OWNER]
+    return found
+
+
+def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters in groups, from names with dots; arrays become lists.
+
+    Raises:
+        ConfigurationError: A name is that of a value and of a group.
+    """
+    tree: dict[str, Any] = {}
+    for name, value in flat.items():
+        *groups, last = name.split(".")
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+            if not isinstance(branch, dict):
+                raise ConfigurationError(f"parameter {name}: {group} has a value already")
+        if isinstance(branch.get(last), dict):
+            raise ConfigurationError(f"parameter {name} is also a group of parameters")
+        branch[last] = list(value) if isinstance(value, list | tuple | array.array) else value
+    return tree
+
+
+def for_owner(
+    kind: str, flat: Mapping[str, Any], description: RobotDescription, arm: ArmParameters
+) -> dict[str, Any]:
+    """Return the parameters of a controller, as the owner of the arm takes them.
+
+    Args:
+        kind: Type of the controller.
+        flat: Parameters of its node, with dots in their names.
+        description: The description with the names of joints.
+        arm: Parameters of the arm, for those that files do not have.
+
+    Raises:
+        ConfigurationError: One asks for something that does not exist here.
+    """
+    values = nested({name: value for name, value in flat.items() if value is not None})
+    values = description.owners_value(values)
+    for name in _OF_NODES & values.keys():
+        del values[name]
+    if values.pop("is_async", False):
+        raise ConfigurationError(
+            "is_async: there are no asynchronous controllers here; leave it out"
+        )
+    arranged = _ARRANGED.get(kind)
+    return values if arranged is None else arranged(values, arm)
+
+
+def _trajectory(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
+    commanded = values.pop("command_joints", None)
+    if commanded and commanded != values.get("joints"):
+        raise ConfigurationError(
+            f"command_joints {commanded}: the measured joints are the commanded ones here; leave "
+            "it out"
+        )
+    # Not used by ros2_controllers any more; older files have it.
+    values.pop("state_publish_rate", None)
+    return values
+
+
+def _homing(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
+    groups = {}
+    for which in ("command_interfaces", "state_interfaces"):
+        groups[which] = values.pop(which, {}).get("joints", {})
+        for joint, group in groups[which].items():
+            given = group.get("interfaces") if isinstance(group, dict) else group
+            if given != ["home"]:
+                raise ConfigurationError(
+                    f"{which}.joints.{joint}.interfaces is {given}; it can only be [home]"
+                )
+    named = groups["command_interfaces"]
+    for joint in named:
+        if joint not in JOINTS:
+            raise ConfigurationError(
+                f"command_interfaces.joints.{joint}: only {', '.join(JOINTS)} can be homed"
+            )
+    # As the arm has them: files give them in no order.
+    if named:
+        values["joints"] = [joint for joint in JOINTS if joint in named]
+    return values
+
+
+def _gripper(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:
+    jaws = arm.gripper
+    return {
+        "limits": [jaws.lower, jaws.upper],
+        "velocity_limit": jaws.max_velocity,
+        **values,
+    }
+
+
+def _broadcaster(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
+    kept = {name: value for name, value in values.items() if name not in _OF_BROADCASTER}
+    # The gripper is published where it has a position, and must not be required.
+    joints = [joint for joint in kept.pop("joints", None) or JOINTS if joint in JOINTS]
+    return {**kept, "joints": joints or list(JOINTS)}
+
+
+_ARRANGED: dict[str, Callable[[dict[str, Any], ArmParameters], dict[str, Any]]] = {
+    JointTrajectoryController.TYPE: _trajectory,
+    HomingController.TYPE: _homing,
+    GripperActionController.TYPE: _gripper,
+    JointStateBroadcaster.TYPE: _broadcaster,
+}
+"""How the parameters of each type are arranged; others are passed on."""

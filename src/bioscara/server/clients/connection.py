@@ -1,0 +1,552 @@
+"""One client on the socket: its messages in, answers, samples, records and events out."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import msgspec
+
+from bioscara.api import framing
+from bioscara.api import messages as m
+from bioscara.api.failures import failure_of
+from bioscara.errors import (
+    BioscaraError,
+    BusyOwnerError,
+    InvalidArgumentError,
+    OwnerError,
+    ProtocolError,
+)
+from bioscara.printing import printable
+from bioscara.report import CycleRecord
+from bioscara.server.clients.client import Later
+from bioscara.server.clients.served_arm import ServedArm
+
+HELLO_TIMEOUT = 5.0
+"""Time in which a client has to introduce itself [s]."""
+PENDING = 64
+"""Number of requests of one connection that may be in work."""
+WAITING = 8 << 20
+"""Answers that wait for a client to read them, above which it is cut off [byte]."""
+_RECORDS = 256 << 10
+"""Waiting bytes above which records of cycles are left out [byte]."""
+ANSWERS = 256
+"""Number of answers that are kept for each session."""
+SESSIONS = 256
+"""Number of sessions that are kept; those with a connection always are."""
+_TURN = 2e-3
+"""Time for which the requests of one client are carried out before other clients have a turn [s].
+"""
+
+_LONG = (
+    m.Start
+    | m.AddPoints
+    | m.MakePlan
+    | m.SetParameters
+    | m.GetFlightRecord
+    | m.GetHistory
+    | m.GetJoints
+    | m.LoadController
+    | m.ConfigureController
+    | m.CleanupController
+    | m.UnloadController
+    | m.SwitchControllers
+    | m.SetHardwareState
+    | m.FollowGoal
+    | m.StreamTrajectory
+    | m.SendGripperGoal
+    | m.TriggerHoming
+    | m.CancelControllerGoal
+    | m.SetControllerScaling
+    | m.SetControllerGains
+    | m.QueryController
+    | m.GetIntrospection
+)
+"""Commands that may take longer."""
+
+AnySample = m.StateSample | m.ControllersSample
+"""What a client may subscribe to."""
+
+Answer = m.Response | m.RequestFailed
+
+_log = logging.getLogger(__name__)
+
+
+class Workers(NamedTuple):
+    """Threads for requests that take longer, as planning.
+
+    Attributes:
+        commands: Of the client that commands.
+        queries: Of all clients: however many there are, no command waits for them.
+    """
+
+    commands: Executor
+    queries: Executor
+
+
+@dataclass(slots=True)
+class ClientSession:
+    """A client across its connections.
+
+    Attributes:
+        name: Its random name.
+        answers: The latest answers, by the numbers of their requests; None while in work.
+        waiting: Connections that wait for an answer, by the number of its request.
+        forgotten: Highest number of a request whose answer is not kept any more.
+        connections: Its open connections, the newest last.
+    """
+
+    name: str
+    answers: OrderedDict[int, Answer | None] = field(default_factory=OrderedDict)
+    waiting: dict[int, list[Callable[[Answer], None]]] = field(default_factory=dict)
+    forgotten: int = 0
+    connections: list[Connection] = field(default_factory=list)
+
+    def answer(self, number: int, message: Answer) -> None:
+        """Keep an answer, and give it to those that wait for it."""
+        self.answers[number] = message
+        while len(self.answers) > ANSWERS and next(iter(self.answers.values())) is not None:
+            oldest, _ = self.answers.popitem(last=False)
+            self.forgotten = max(self.forgotten, oldest)
+        for waiting in self.waiting.pop(number, ()):
+            waiting(message)
+
+
+@dataclass(slots=True)
+class _Subscription:
+    """Samples of one kind for one client.
+
+    Attributes:
+        period: Least time between two of them [s].
+        due: Time from which on the next one is sent, on the arm's clock [s].
+        behind: Whether one was left out, as the client still read.
+        ahead: Number that are sent before the client confirms one; 0 for no limit.
+        sent: Cycle of the last one that was sent.
+        unconfirmed: Cycles of the samples that it has not confirmed.
+    """
+
+    period: float
+    due: float = 0.0
+    behind: bool = False
+    ahead: int = 0
+    sent: int = 0
+    unconfirmed: deque[int] = field(default_factory=deque)
+
+    @property
+    def full(self) -> bool:
+        """Whether the client has to confirm one before the next is sent."""
+        return 0 < self.ahead <= len(self.unconfirmed)
+
+    def send(self, cycle: int) -> None:
+        """Take it that the sample of a cycle is sent."""
+        self.sent = cycle
+        if self.ahead:
+            self.unconfirmed.append(cycle)
+
+    def confirm(self, cycle: int) -> None:
+        """Take it that the client has the samples up to a cycle."""
+        while self.unconfirmed and self.unconfirmed[0] <= cycle:
+            self.unconfirmed.popleft()
+
+
+class Sessions:
+    """The latest sessions, by name."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[str, ClientSession] = OrderedDict()
+
+    def take(self, name: str) -> tuple[ClientSession, bool]:
+        """Return the session of a name, and whether it was known."""
+        known = name in self._kept
+        session = self._kept.setdefault(name, ClientSession(name))
+        self._kept.move_to_end(name)
+        for oldest in list(self._kept.values()):
+            if len(self._kept) <= SESSIONS:
+                break
+            if oldest is not session and not oldest.connections:
+                del self._kept[oldest.name]
+        return session, known
+
+
+class Connection(asyncio.Protocol):
+    """A connection of a client, as a protocol of asyncio.
+
+    Args:
+        owner: Carries out the requests.
+        sessions: The sessions.
+        instance: Random name of this run of the owner.
+        workers: Run what takes longer.
+        connections: All connections; this one adds and removes itself.
+
+    Attributes:
+        session: Name of its session.
+        name: Name of the client.
+    """
+
+    def __init__(
+        self,
+        owner: ServedArm,
+        sessions: Sessions,
+        instance: str,
+        workers: Workers,
+        connections: set[Connection],
+    ) -> None:
+        self._owner, self._sessions, self._instance = owner, sessions, instance
+        self._workers, self._connections = workers, connections
+        self._frames = framing.Frames(framing.HELLO_MAX)
+        self._decode: Callable[[bytes], Any] = framing.from_client.decode
+        self._encode: Callable[[Any], bytes] = framing.encode_packed
+        self._transport: asyncio.Transport | None = None
+        self._session: ClientSession | None = None
+        self.session, self.name = "", ""
+        self._finishing: set[asyncio.Task[None]] = set()
+        self._full = False
+        self._subscriptions: dict[type[AnySample], _Subscription] = {}
+        self._cursor: int | None = None
+        self._patience: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin: the client has to introduce itself soon."""
+        assert isinstance(transport, asyncio.Transport)  # noqa: S101  of a stream server
+        self._transport = transport
+        # Zero: a sample is sent only if the client has read everything before it.
+        transport.set_write_buffer_limits(high=0)
+        self._connections.add(self)
+        self._patience = asyncio.get_running_loop().call_later(
+            HELLO_TIMEOUT, self._cut_off, "it did not introduce itself"
+        )
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  asyncio's form
+        """End: the lease stays until it lapses, as the client may connect again."""
+        self._connections.discard(self)
+        self._transport = None
+        if self._session is not None:
+            self._session.connections.remove(self)
+        if self._patience is not None:
+            self._patience.cancel()
+        if self.name:
+            self._owner.announce("client", f"{self.name} has left", self.name)
+
+    def data_received(self, data: bytes) -> None:
+        """Take bytes of the client."""
+        transport, loop = self._transport, asyncio.get_running_loop()
+        if transport is None or transport.is_closing():
+            return
+        end = loop.time() + _TURN
+        try:
+            for payload in self._frames.feed(data):
+                self._receive(payload)
+                if transport.is_closing():
+                    return
+                self._frames.longest = framing.REQUEST_MAX
+                if loop.time() >= end:
+                    transport.pause_reading()
+                    loop.call_soon(self._go_on)
+                    return
+        except ProtocolError as error:
+            self._reject(None, error)
+
+    def _go_on(self) -> None:
+        """Take the bytes that have come already."""
+        if self._transport is not None:
+            self._transport.resume_reading()
+            self.data_received(b"")
+
+    def pause_writing(self) -> None:
+        """The client does not read as fast as it is sent."""
+        self._full = True
+
+    def resume_writing(self) -> None:
+        """The client has read everything: send what is newest."""
+        self._full = False
+        self._catch_up()
+        self._pump()
+
+    def _catch_up(self) -> None:
+        """Send the newest samples in place of those that were left out."""
+        newest = {
+            m.StateSample: self._owner.sample,
+            m.ControllersSample: self._owner.controllers_sample,
+        }
+        for kind, subscription in self._subscriptions.items():
+            if not subscription.behind or subscription.full:
+                continue
+            if (sample := newest[kind]) is not None:
+                subscription.behind = False
+                if sample.cycle != subscription.sent:
+                    subscription.send(sample.cycle)
+                    self._send(sample)
+
+    def _confirm(self, cycle: int) -> None:
+        if (subscription := self._subscriptions.get(m.StateSample)) is not None:
+            subscription.confirm(cycle)
+            if not self._full:
+                self._catch_up()
+
+    def _receive(self, payload: bytes) -> None:
+        if self._session is None and payload[:1] == b"{":
+            self._decode, self._encode = framing.json_from_client.decode, framing.encode_json
+        try:
+            message = self._decode(payload)
+        except Exception as error:  # noqa: BLE001  values are made, which refuse what they may
+            number = self._readable_number(payload)
+            refused: BioscaraError
+            if isinstance(error, msgspec.DecodeError) and not isinstance(
+                error, msgspec.ValidationError
+            ):
+                refused = ProtocolError(f"the message cannot be read: {error}")
+            else:
+                refused = InvalidArgumentError(f"the request cannot be used: {error}")
+            self._reject(number, refused)
+            return
+        if isinstance(message, m.ClientHello):
+            self._greet(message)
+        elif self._session is None:
+            self._reject(None, ProtocolError("a request came before hello"))
+        elif isinstance(message, m.Received):
+            self._confirm(message.cycle)
+        else:
+            self._request(self._session, message)
+
+    def _readable_number(self, payload: bytes) -> int | None:
+        """Return the number of a request that is otherwise wrong; None if it has none."""
+        if self._session is None:
+            return None
+        decode = msgspec.json.decode if payload[:1] == b"{" else msgspec.msgpack.decode
+        try:
+            message = decode(payload)
+        except (msgspec.DecodeError, RecursionError, UnicodeError):
+            return None
+        number = message.get("id") if isinstance(message, dict) else None
+        return number if isinstance(number, int) else None
+
+    def _greet(self, hello: m.ClientHello) -> None:
+        owner = self._owner
+        if self._session is not None:
+            self._reject(None, ProtocolError("hello came twice"))
+            return
+        if hello.version != m.VERSION:
+            text = f"the owner speaks version {m.VERSION} of its messages, not {hello.version}"
+            self._reject(None, ProtocolError(f"{text}; install the same version of bioscara"))
+            return
+        if not 0 < len(hello.client) <= m.NAME_MAX or not 0 < len(hello.session) <= m.NAME_MAX:
+            text = f"a client and its session have names of 1 to {m.NAME_MAX} characters"
+            self._reject(None, ProtocolError(text))
+            return
+        if self._patience is not None:
+            self._patience.cancel()
+        self.session, self.name = hello.session, printable(hello.client)
+        self._session, resumed = self._sessions.take(hello.session)
+        self._session.connections.append(self)
+        welcome = m.Welcome(
+            version=m.VERSION,
+            owner=owner.name,
+            instance=self._instance,
+            arm=owner.description,
+            last_event=owner.events.last,
+            resumed=resumed,
+        )
+        self._send(welcome)
+        owner.announce("client", f"{self.name} has connected", self.name)
+
+    def _request(self, session: ClientSession, request: m.ClientRequest) -> None:
+        number, command = request.id, request.command
+        match command:
+            case m.Recall():
+                self._recall(session, number, command.request)
+                return
+            case m.Subscribe():
+                self._subscribe(number, command)
+                return
+        keep = not isinstance(command, m.Query)
+        if keep:
+            if number in session.answers or number <= session.forgotten:
+                self._recall(session, number, number)
+                return
+            session.answers[number] = None
+        answer = self._answerer(session, number, keep=keep)
+        if len(self._finishing) >= PENDING and isinstance(command, _LONG):
+            text = f"{PENDING} requests of this client are in work; wait for their answers"
+            answer(m.RequestFailed(number, failure_of(BusyOwnerError(text))))
+            return
+        try:
+            result = self._owner.handle(self, command, request.epoch, len(self._connections))
+        except Exception as error:  # noqa: BLE001  answered to the client
+            answer(self._refusal(number, error))
+            return
+        if isinstance(result, Later):
+            workers = self._workers.commands if command.needs_lease else self._workers.queries
+            finishing = self._finish(number, result, answer, workers)
+            task = asyncio.get_running_loop().create_task(finishing)
+            self._finishing.add(task)
+            task.add_done_callback(self._finishing.discard)
+        else:
+            answer(m.Response(number, result))
+
+    async def _finish(
+        self, number: int, later: Later, answer: Callable[[Answer], None], workers: Executor
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            done = await loop.run_in_executor(workers, later.work)
+            message: Answer = m.Response(number, later.finish(done))
+        except Exception as error:  # noqa: BLE001  answered to the client
+            message = self._refusal(number, error)
+        answer(message)
+
+    def _answerer(
+        self, session: ClientSession, number: int, *, keep: bool
+    ) -> Callable[[Answer], None]:
+        def answer(message: Answer) -> None:
+            if keep:
+                session.answer(number, message)
+            self._send(message)
+
+        return answer
+
+    def _recall(self, session: ClientSession, number: int, wanted: int) -> None:
+        if wanted not in session.answers:
+            if wanted > session.forgotten:
+                self._send(m.Response(number, m.NotArrived()))
+                return
+            error = OwnerError(
+                f"request {wanted} was long ago: whether it was carried out is not known any more"
+            )
+            self._send(m.RequestFailed(number, failure_of(error)))
+            return
+        kept = session.answers[wanted]
+        if kept is not None:
+            self._send(msgspec.structs.replace(kept, id=number))
+            return
+        waiting = session.waiting.setdefault(wanted, [])
+        if len(waiting) >= PENDING:
+            busy = BusyOwnerError(f"{PENDING} others wait for the answer to request {wanted}")
+            self._send(m.RequestFailed(number, failure_of(busy)))
+            return
+        waiting.append(lambda message: self._send(msgspec.structs.replace(message, id=number)))
+
+    def _refusal(self, number: int, error: Exception) -> m.RequestFailed:
+        if not isinstance(error, BioscaraError | OSError):
+            _log.error("request %d of %s failed", number, self.name, exc_info=error)
+        return m.RequestFailed(number, failure_of(error))
+
+    def _reject(self, number: int | None, error: BioscaraError) -> None:
+        """Refuse a message that cannot be read; without its number the connection ends."""
+        self._send(m.RequestFailed(number, failure_of(error)))
+        if number is None:
+            _log.warning("client %s is cut off: %s", self.name or "without a name", error)
+            if self._transport is not None:
+                self._transport.close()
+
+    def _cut_off(self, reason: str) -> None:
+        _log.warning("client %s is cut off: %s", self.name or "without a name", reason)
+        if self._transport is not None:
+            self._transport.abort()
+
+    def _subscribe(self, number: int, command: m.Subscribe) -> None:
+        for period in (command.period, command.controllers_period):
+            if not period >= 0.0:
+                error = InvalidArgumentError(f"period {period:g} s must not be below zero")
+                self._send(m.RequestFailed(number, failure_of(error)))
+                return
+        if command.unconfirmed < 0:
+            error = InvalidArgumentError(
+                f"unconfirmed {command.unconfirmed} must not be below zero"
+            )
+            self._send(m.RequestFailed(number, failure_of(error)))
+            return
+        self._send(m.Response(number, m.Done()))
+        self._subscriptions = {}
+        if command.states:
+            self._subscriptions[m.StateSample] = _Subscription(
+                command.period, ahead=command.unconfirmed
+            )
+        if command.controllers:
+            self._subscriptions[m.ControllersSample] = _Subscription(command.controllers_period)
+        self._cursor = command.events_after
+        asyncio.get_running_loop().call_soon(self._pump)
+
+    @property
+    def _ending(self) -> bool:
+        return self._transport is None or self._transport.is_closing()
+
+    def wants(self, kind: type[AnySample]) -> bool:
+        """Return whether it has subscribed to samples of a kind."""
+        return kind in self._subscriptions
+
+    def hang_up(self) -> None:
+        """End the connection once everything is sent."""
+        if self._transport is not None:
+            self._transport.close()
+
+    def offer(self, kind: type[AnySample], sample: framing.Framed, time: float, cycle: int) -> None:
+        """Send a sample, unless the client still reads; then it gets the newest afterwards.
+
+        Args:
+            kind: Its kind, to which the client has subscribed.
+            sample: The sample.
+            time: Its time on the arm's clock [s].
+            cycle: Number of its cycle.
+        """
+        subscription = self._subscriptions[kind]
+        # It may be the one that the client got after it had read what came before.
+        if self._ending or time < subscription.due or cycle == subscription.sent:
+            return
+        subscription.due = time + 0.999 * subscription.period
+        if self._full or subscription.full:
+            subscription.behind = True
+        else:
+            subscription.send(cycle)
+            self._write(sample.json if self._encode is framing.encode_json else sample.packed)
+
+    def pump(self) -> None:
+        """Send the events that are due."""
+        if self._cursor is not None:
+            self._pump()
+
+    def _pump(self) -> None:
+        while self._cursor is not None and not self._full and not self._ending:
+            event = self._owner.events.after(self._cursor)
+            if event is None:
+                return
+            self._cursor = event.number
+            event_bytes = self._owner.events.framed(event)
+            json = self._encode is framing.encode_json
+            self._write(event_bytes.json if json else event_bytes.packed)
+
+    def send_record(self, goal: int, record: CycleRecord) -> None:
+        """Send the record of a cycle, unless the client reads too slowly."""
+        if self._session is not None and self._session.connections:
+            # The client may have connected again since it began the goal.
+            self._session.connections[-1].offer_record(goal, record)
+
+    def offer_record(self, goal: int, record: CycleRecord) -> None:
+        """Send a record on this connection, unless the client reads too slowly."""
+        if self._transport is not None and self._transport.get_write_buffer_size() < _RECORDS:
+            self._send(m.GoalCycle(goal, record))
+
+    def _send(self, message: m.ApiMessage) -> None:
+        try:
+            data = self._encode(message)
+        except Exception as error:  # noqa: BLE001  one answer, not the connection
+            _log.error("%s cannot be sent", type(message).__name__, exc_info=error)
+            if not isinstance(message, m.Response | m.RequestFailed):
+                return
+            failure = failure_of(OwnerError(f"the answer cannot be sent: {error}"))
+            data = self._encode(m.RequestFailed(message.id, failure))
+        self._write(framing.framed(data))
+
+    def _write(self, data: bytes) -> None:
+        # A transport that is closing takes no bytes, and its end has not been called yet.
+        transport = self._transport
+        if transport is None or transport.is_closing():
+            return
+        if transport.get_write_buffer_size() > WAITING:
+            self._cut_off("it does not read its answers")
+            return
+        transport.write(data)

@@ -1,0 +1,67 @@
+"""What the socket needs of an arm: an owner has it, and so has a recording that is replayed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from bioscara.api import messages as m
+from bioscara.api.framing import Framed
+from bioscara.server.clients.client import Client, Later
+
+
+class NumberedEvents(Protocol):
+    """Events that clients get by number."""
+
+    @property
+    def last(self) -> int:
+        """Number of the newest event; 0 before the first."""
+
+    def after(self, number: int) -> m.Event | None:
+        """Return the event that follows a number; None if there is none yet."""
+
+    def framed(self, event: m.Event) -> Framed:
+        """Return an event as bytes for the socket."""
+
+
+class ServedArm(Protocol):
+    """An arm behind a socket; all methods are called in the thread of the requests.
+
+    Attributes:
+        changed: Called with True when there is a new sample, with False when there is a new event.
+        controllers_wanted: Whether a client has subscribed to samples of controllers; set here.
+    """
+
+    changed: Callable[[bool], object]
+    controllers_wanted: bool
+
+    @property
+    def name(self) -> str:
+        """Name under which it is served."""
+
+    @property
+    def description(self) -> str:
+        """Which arm on which bus, in words."""
+
+    @property
+    def events(self) -> NumberedEvents:
+        """What happened to it."""
+
+    @property
+    def sample(self) -> m.StateSample:
+        """Its newest state."""
+
+    @property
+    def controllers_sample(self) -> m.ControllersSample | None:
+        """The newest sample of its controllers; None if there is none."""
+
+    def handle(
+        self, client: Client, command: m.AnyCommand, epoch: int | None, clients: int
+    ) -> m.AnyResult | Later:
+        """Carry out a command; arguments and errors as of ``Owner``."""
+
+    def announce(self, what: str, text: str, client: str) -> None:
+        """Tell that something happened to the server itself."""
+
+    def tick(self) -> None:
+        """Do what is due also without a control loop; called now and then."""

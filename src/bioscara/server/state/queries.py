@@ -1,0 +1,145 @@
+"""Answers to questions about an arm; nothing changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bioscara.api import messages as m
+from bioscara.api.values import fault_value, scene_value, trajectory_value
+from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
+from bioscara.control.manager.statistics import Histogram
+from bioscara.errors import InvalidArgumentError
+from bioscara.printing import printable
+from bioscara.robot.arm import Arm
+from bioscara.server.controllers.parameters import CLIENT_TYPES
+from bioscara.server.tasks.goals import ClientGoal
+from bioscara.spelling import did_you_mean
+
+_RECORD_MAX = 16 << 20
+"""Longest flight record that is sent [byte]."""
+
+
+def workspace_state(arm: Arm, revision: int) -> m.WorkspaceState:
+    """Return the workspace of an arm."""
+    space = arm.workspace
+    return m.WorkspaceState(
+        revision=revision,
+        scene=scene_value(space.scene),
+        table=space.table,
+        tool=space.tool,
+        reduced_speed=space.reduced_speed,
+        load=space.load,
+        widths=space.widths,
+    )
+
+
+def fault_list(arm: Arm) -> m.FaultList:
+    """Return the faults of an arm, and its warnings."""
+    supervisor = arm.stack.supervisor
+    return m.FaultList(
+        supervisor.state.value,
+        tuple(map(fault_value, tuple(supervisor.faults))),
+        tuple(supervisor.warnings),
+    )
+
+
+def goal_trajectories(goal: ClientGoal) -> m.GoalTrajectories:
+    """Return the trajectories that a goal follows.
+
+    Raises:
+        InvalidArgumentError: They are not kept any more.
+    """
+    return m.GoalTrajectories(goal.number, tuple(map(trajectory_value, goal.paths)))
+
+
+def controller_list(arm: Arm) -> m.ControllerList:
+    """Return the controllers and hardware components of an arm."""
+    manager = arm.stack.manager
+    return m.ControllerList(
+        tuple(map(_controller, manager.list_controllers())),
+        tuple(map(_component, manager.list_hardware_components())),
+        CLIENT_TYPES,
+    )
+
+
+def _controller(entry: ControllerEntry) -> m.ControllerValue:
+    return m.ControllerValue(
+        entry.name,
+        entry.kind,
+        entry.state.label,
+        entry.update_rate,
+        entry.claimed_interfaces,
+        entry.required_command_interfaces,
+        entry.required_state_interfaces,
+    )
+
+
+def _component(entry: ComponentEntry) -> m.ComponentValue:
+    return m.ComponentValue(
+        entry.name,
+        entry.kind,
+        entry.plugin_name,
+        entry.state.label,
+        entry.rw_rate,
+        tuple(map(_interface, entry.command_interfaces)),
+        tuple(map(_interface, entry.state_interfaces)),
+    )
+
+
+def _interface(entry: InterfaceEntry) -> m.InterfaceValue:
+    return m.InterfaceValue(entry.name, entry.is_available, entry.is_claimed)
+
+
+def statistics(arm: Arm, clients: int, uptime: float) -> m.Statistics:
+    """Return the statistics of an arm's loop and of this process."""
+    counted = arm.stack.loop.statistics
+    return m.Statistics(
+        cycles=counted.cycles,
+        overruns=counted.overruns,
+        late=_percentiles(counted.late),
+        read=_percentiles(counted.read),
+        update=_percentiles(counted.update),
+        write=_percentiles(counted.write),
+        clients=clients,
+        memory=_resident(),
+        uptime=uptime,
+    )
+
+
+def _percentiles(histogram: Histogram) -> tuple[float, float, float]:
+    return histogram.percentile(50.0), histogram.percentile(99.0), histogram.maximum
+
+
+def _resident() -> int:
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return 1024 * int(line.split()[1])
+    return 0
+
+
+def flight_records(folder: Path) -> dict[str, Path]:
+    """Return the flight records in a folder by their names, oldest first."""
+    if not folder.is_dir():
+        return {}
+    files = [path for path in folder.iterdir() if path.suffix == ".mcap" and path.is_file()]
+    return {path.name: path for path in sorted(files, key=lambda path: path.stat().st_mtime)}
+
+
+def flight_record(folder: Path, name: str) -> m.FlightRecordFile:
+    """Return a flight record.
+
+    Args:
+        folder: The folder of the records.
+        name: One of :func:`flight_records`; no path is made from it.
+
+    Raises:
+        InvalidArgumentError: There is none of that name, or it is too long.
+        OSError: It cannot be read.
+    """
+    known = flight_records(folder)
+    if name not in known:
+        hint = did_you_mean(name, known, "list_flight_records names them")
+        raise InvalidArgumentError(f"there is no flight record {printable(name)!r}; {hint}")
+    if (size := known[name].stat().st_size) > _RECORD_MAX:
+        raise InvalidArgumentError(f"{name} has {size} bytes, more than {_RECORD_MAX}")
+    return m.FlightRecordFile(name, known[name].read_bytes())

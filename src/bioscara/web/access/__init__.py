@@ -1,0 +1,7 @@
+"""Who may use a gateway, from where, for what, and how often.
+
+Begin with ``guard``, which checks each request before a route sees it: its address with
+``addresses``, its credential with ``tokens`` and ``browser_sessions``, its rate with
+``rate_limit``. ``scopes`` is what a credential may do. ``certificates`` makes the certificate of a
+gateway that has none. A request comes in; its scope or a refusal goes out.
+"""

@@ -1,0 +1,263 @@
+"""One WebSocket of a browser or program, joined to a connection of its own to the owner.
+
+The relay is a filter: it lets through what the scope of the client allows, and tells the owner who
+the client is. Lease, session and answers are the owner's. A slow client gets the newest sample; of
+other messages few wait here, then the owner's own limits apply.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import logging
+from typing import NamedTuple
+
+import msgspec
+from fastapi import WebSocket, WebSocketDisconnect
+
+from bioscara.api import framing
+from bioscara.api import messages as m
+from bioscara.api.failures import failure_of
+from bioscara.errors import (
+    AccessError,
+    BioscaraError,
+    InvalidArgumentError,
+    OwnerLostError,
+    ProtocolError,
+)
+from bioscara.printing import printable
+from bioscara.web.access.rate_limit import RateLimit
+from bioscara.web.access.scopes import Scope, required_scope
+from bioscara.web.owner.outbox import Outbox
+from bioscara.web.owner.stream import OwnerStream
+
+MESSAGES = 200
+"""Messages that a client may send in a second."""
+_UNIT = 64 << 10
+"""A longer message counts as several: one for each so many bytes."""
+SEND_TIMEOUT = 20.0
+"""Time for which a client may read nothing until it is cut off [s]."""
+_UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1003, 1007, 1008, 1012, 1013
+"""Codes with which a WebSocket is closed, of RFC 6455 and its registry."""
+
+_log = logging.getLogger(__name__)
+
+
+class WebClient(NamedTuple):
+    """Who is at the other end of a WebSocket.
+
+    Attributes:
+        scope: What it may do.
+        address: Its address.
+    """
+
+    scope: Scope
+    address: str
+
+    def named(self, name: str) -> str:
+        """Return a name for messages to people, with scope and address."""
+        suffix = f" ({self.scope.name.lower()}, {self.address})"
+        return printable(name)[: m.NAME_MAX - len(suffix)] + suffix
+
+
+class Closing(NamedTuple):
+    """Why a WebSocket is closed.
+
+    Attributes:
+        code: The code.
+        reason: In words.
+    """
+
+    code: int
+    reason: str
+
+
+class Relay:
+    """Joins a WebSocket to the owner of an arm.
+
+    Args:
+        websocket: The WebSocket, accepted.
+        arm: Name of the owner.
+        client: Who is at its other end.
+    """
+
+    def __init__(self, websocket: WebSocket, arm: str, client: WebClient) -> None:
+        self._websocket, self._arm, self._client = websocket, arm, client
+        self._rate = RateLimit(MESSAGES, MESSAGES)
+        self._outbox = Outbox()
+        self._greeted = False
+
+    async def run(self, ended: asyncio.Event | None, lifetime: float | None) -> None:
+        """Relay until one side ends, then close the WebSocket with the reason.
+
+        Args:
+            ended: Set when the credential of the client ends; None if it does not.
+            lifetime: Time until it expires [s]; None if it does not.
+        """
+        closing: Closing | None
+        try:
+            owner = await OwnerStream.open(self._arm)
+        except OwnerLostError as error:
+            await self._close(Closing(_LATER, str(error)))
+            return
+        try:
+            closing = await self._relayed(owner, ended, lifetime)
+        finally:
+            owner.close()
+        if closing is not None:
+            await self._close(closing)
+
+    async def _relayed(
+        self, owner: OwnerStream, ended: asyncio.Event | None, lifetime: float | None
+    ) -> Closing | None:
+        loop = asyncio.get_running_loop()
+        tasks = [loop.create_task(self._up(owner)), loop.create_task(self._down())]
+        if ended is not None:
+            tasks.append(loop.create_task(_expiry(ended, lifetime)))
+        taking = loop.create_task(self._take(owner))
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            # In the order of the tasks: what the client did wrong says more than its consequence.
+            return next(task for task in tasks if task in done).result()
+        finally:
+            for task in (*tasks, taking):
+                task.cancel()
+            await asyncio.gather(*tasks, taking, return_exceptions=True)
+
+    async def _take(self, owner: OwnerStream) -> None:
+        """Take the messages of the owner, until it ends."""
+        try:
+            async for message in owner.messages():
+                await self._outbox.put(message)
+        except (OSError, ProtocolError) as error:
+            _log.warning("the connection to the owner of arm %s broke: %s", self._arm, error)
+        self._outbox.end()
+        # The other task tells the client, after the messages that still wait for it.
+        await asyncio.Event().wait()
+
+    async def _down(self) -> Closing | None:
+        """Pass the messages of the owner on, each as it is."""
+        try:
+            while (message := await self._outbox.take()) is not None:
+                await self._send(message)
+        except TimeoutError:
+            # It would not read a reason either.
+            _log.warning(
+                "client %s is cut off: it read nothing for %g s", self._client.address, SEND_TIMEOUT
+            )
+            return None
+        except WebSocketDisconnect:
+            return None
+        return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
+
+    async def _up(self, owner: OwnerStream) -> Closing | None:
+        """Pass the messages of the client on that it may send."""
+        while True:
+            received = await self._websocket.receive()
+            if received["type"] == "websocket.disconnect":
+                return None
+            text = received.get("text")
+            if text is None:
+                return Closing(_UNSUPPORTED, "a message is JSON, as text")
+            payload = text.encode()
+            if not self._rate.take(1.0 + len(payload) / _UNIT):
+                _log.warning(
+                    "client %s is cut off: it sent more than %d messages in a second",
+                    self._client.address,
+                    MESSAGES,
+                )
+                return Closing(_REFUSED, f"more than {MESSAGES} messages in a second")
+            try:
+                closing = await self._pass(owner, payload)
+            except (TimeoutError, WebSocketDisconnect):
+                return None
+            except OSError:
+                return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
+            if closing is not None:
+                return closing
+
+    async def _pass(self, owner: OwnerStream, payload: bytes) -> Closing | None:
+        """Pass one message on, or refuse it; returns why the WebSocket is to be closed, if so."""
+        try:
+            message = framing.json_from_client.decode(payload)
+        except msgspec.ValidationError as error:
+            number = _number(payload) if self._greeted else None
+            refused = InvalidArgumentError(f"the request cannot be used: {error}")
+            await self._refuse(number, refused)
+            return None if number is not None else Closing(_INVALID, "a message cannot be used")
+        except (msgspec.DecodeError, RecursionError) as error:
+            await self._refuse(None, ProtocolError(f"the message cannot be read: {error}"))
+            return Closing(_INVALID, "a message cannot be read")
+        if isinstance(message, m.ClientHello):
+            self._greeted = True
+            await owner.send(framing.encode_json(self._introduced(message)))
+            return None
+        if not self._greeted:
+            await self._refuse(None, ProtocolError("a request came before hello"))
+            return Closing(_REFUSED, "a request came before hello")
+        if isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
+            await self._refuse(message.id, AccessError(text))
+        else:
+            await owner.send(payload)
+        return None
+
+    def _beyond_scope(self, command: m.AnyCommand) -> str:
+        """Return why the client may not give a command; empty if it may."""
+        needed = required_scope(command)
+        if needed <= self._client.scope:
+            return ""
+        what = command.task if isinstance(command, m.Start) else command
+        return (
+            f"{what.__struct_config__.tag} needs the scope {needed.name.lower()}, and this client "
+            f"has {self._client.scope.name.lower()}; open the page with another token"
+        )
+
+    def _introduced(self, hello: m.ClientHello) -> m.ClientHello:
+        """Return a hello with who the client is, and a session of clients of its scope alone.
+
+        A client that knows the name of another one's session must not get its lease or its answers
+        with a lesser token, or from the web.
+        """
+        name, session = hello.client, hello.session
+        if 0 < len(name) <= m.NAME_MAX:
+            name = self._client.named(name)
+        if 0 < len(session) <= m.NAME_MAX:
+            scoped = f"web {self._client.scope.name} {session}"
+            session = hashlib.sha256(scoped.encode()).hexdigest()
+        return msgspec.structs.replace(hello, client=name, session=session)
+
+    async def _refuse(self, number: int | None, error: BioscaraError) -> None:
+        await self._send(framing.encode_json(m.RequestFailed(number, failure_of(error))))
+
+    async def _send(self, message: bytes) -> None:
+        async with asyncio.timeout(SEND_TIMEOUT):
+            await self._websocket.send({"type": "websocket.send", "text": message.decode()})
+
+    async def _close(self, closing: Closing) -> None:
+        # A reason has at most 123 bytes.
+        reason = closing.reason.encode()[:123].decode(errors="ignore")
+        try:
+            async with asyncio.timeout(SEND_TIMEOUT):
+                await self._websocket.close(closing.code, reason)
+        except (TimeoutError, RuntimeError, WebSocketDisconnect):
+            # It does not read, or has left meanwhile.
+            return
+
+
+async def _expiry(ended: asyncio.Event, lifetime: float | None) -> Closing:
+    """Wait for the end of a credential."""
+    try:
+        await asyncio.wait_for(ended.wait(), lifetime)
+    except TimeoutError:
+        return Closing(_REFUSED, "the sign-in has expired")
+    return Closing(_REFUSED, "signed out")
+
+
+def _number(payload: bytes) -> int | None:
+    """Return the number of a request that is otherwise wrong; None if it has none."""
+    try:
+        message = msgspec.json.decode(payload)
+    except (msgspec.DecodeError, RecursionError):
+        return None
+    number = message.get("id") if isinstance(message, dict) else None
+    return number if isinstance(number, int) else None

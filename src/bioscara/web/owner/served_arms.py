@@ -1,0 +1,152 @@
+"""All arms that are served on this computer, and STOP for each."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+
+import msgspec
+
+from bioscara.api import messages as m
+from bioscara.api import runtime
+from bioscara.api.gateway_pages import page_of
+from bioscara.errors import InvalidArgumentError, OwnerLostError
+from bioscara.web.owner.queries import OwnerQueries, RequestFailedError
+from bioscara.web.owner.relay import WebClient
+
+_LOOK = 1.0
+"""Time in which an owner has to say how its arm is [s]."""
+_STOP = 2.0
+"""Time in which it has to confirm a stop [s]."""
+
+
+class ServedArm(msgspec.Struct, frozen=True):
+    """An arm that is served on this computer.
+
+    Attributes:
+        name: Name of its owner.
+        arm: Which arm on which bus, in words.
+        simulated: Whether it is simulated; null if its owner does not answer.
+        state: Its state now; null if its owner does not answer.
+        text: Why the state is unknown; empty otherwise.
+        page: Address of its page; null if it has no gateway.
+        here: Whether this gateway is its own.
+    """
+
+    name: str
+    arm: str
+    simulated: bool | None
+    state: m.StateSample | msgspec.Raw | None
+    text: str
+    page: str | None
+    here: bool
+
+
+class StoppedArm(msgspec.Struct, frozen=True):
+    """What became of a STOP.
+
+    Attributes:
+        name: Name of the arm's owner.
+        stopped: Whether its owner has confirmed it.
+        text: In words.
+    """
+
+    name: str
+    stopped: bool
+    text: str
+
+
+class ServedArms:
+    """Asks all owners of this computer.
+
+    Args:
+        here: Name of the owner that this gateway belongs to.
+    """
+
+    def __init__(self, here: str) -> None:
+        self._here = here
+        self._queries: dict[tuple[str, int], OwnerQueries] = {}
+        self._described: dict[tuple[str, int], m.Description] = {}
+
+    async def look(self) -> list[ServedArm]:
+        """Return the arms, by name; one whose owner does not answer in a second has no state."""
+        owners = runtime.owners()
+        await self._forget({(owner.name, owner.pid) for owner in owners})
+        return list(await asyncio.gather(*map(self._look, owners)))
+
+    async def stop(self, name: str, client: WebClient) -> StoppedArm:
+        """Stop an arm.
+
+        Args:
+            name: Name of its owner.
+            client: Name of the client that stops it.
+
+        Raises:
+            OwnerLostError: No owner of that name runs.
+        """
+        try:
+            owner = runtime.find(name)
+        except InvalidArgumentError as error:
+            raise OwnerLostError(str(error)) from error
+        return await self._stopped(owner, client)
+
+    async def stop_all(self, client: WebClient) -> list[StoppedArm]:
+        """Stop all arms of this computer, at the same time.
+
+        Args:
+            client: Name of the client that stops them.
+        """
+        owners = runtime.owners()
+        return list(await asyncio.gather(*(self._stopped(owner, client) for owner in owners)))
+
+    async def close(self) -> None:
+        """Disconnect."""
+        await self._forget(set())
+
+    async def _forget(self, kept: set[tuple[str, int]]) -> None:
+        """Disconnect from owners that have ended."""
+        for key in self._queries.keys() - kept:
+            self._described.pop(key, None)
+            await self._queries.pop(key).close()
+
+    async def _look(self, owner: runtime.OwnerEntry) -> ServedArm:
+        key, here = (owner.name, owner.pid), owner.name == self._here
+        queries = self._queries.setdefault(key, OwnerQueries(owner.name, "list of the arms"))
+        try:
+            async with asyncio.timeout(_LOOK):
+                if key not in self._described:
+                    answer = await queries.ask(m.GetDescription())
+                    self._described[key] = msgspec.json.decode(answer, type=m.Description)
+                state = await queries.ask(m.GetState())
+        except TimeoutError:
+            return self._unknown(owner, f"its owner, process {owner.pid}, does not answer")
+        except (OwnerLostError, RequestFailedError, msgspec.DecodeError) as error:
+            return self._unknown(owner, str(error))
+        described = self._described[key]
+        page = page_of(owner.name)
+        return ServedArm(
+            owner.name, described.arm, described.simulated, msgspec.Raw(state), "", page, here
+        )
+
+    def _unknown(self, owner: runtime.OwnerEntry, text: str) -> ServedArm:
+        here, page = owner.name == self._here, page_of(owner.name)
+        return ServedArm(owner.name, owner.bus, None, None, text, page, here)
+
+    async def _stopped(self, owner: runtime.OwnerEntry, client: WebClient) -> StoppedArm:
+        # A connection of its own: it waits behind no other request, and says who stopped.
+        queries = OwnerQueries(owner.name, client.named("stop"))
+        try:
+            async with asyncio.timeout(_STOP):
+                await queries.ask(m.StopAll())
+        except TimeoutError:
+            problem = f"its owner, process {owner.pid}, did not answer in {_STOP:g} s"
+        except (OwnerLostError, RequestFailedError) as error:
+            problem = str(error)
+        else:
+            return StoppedArm(owner.name, stopped=True, text=f"{owner.name} was stopped")
+        finally:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_STOP):
+                    await queries.close()
+        text = f"{owner.name} may not have been stopped: {problem}; use the emergency stop"
+        return StoppedArm(owner.name, stopped=False, text=text)

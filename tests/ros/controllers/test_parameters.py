@@ -1,0 +1,141 @@
+"""Parameters of nodes, as the owner's controllers take them."""
+
+from __future__ import annotations
+
+import array
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bioscara.control.manager.registry import TYPES
+from bioscara.errors import ConfigurationError
+from bioscara.model import load_parameters
+from bioscara.model.urdf import URDF
+from bioscara.ros.arm.description import RobotDescription
+from bioscara.ros.controllers.parameters import for_owner, nested, without_effect
+from ros.share import PACKAGES, parameters_of
+
+ARM = load_parameters()
+DESCRIPTION = RobotDescription(URDF.read_text())
+TRAJECTORY = "joint_trajectory_controller/JointTrajectoryController"
+HOMING = "single_trigger_controller/SingleTriggerController"
+GRIPPER = "parallel_gripper_action_controller/GripperActionController"
+BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
+FILES = [*PACKAGES.glob("*/config/*controller*.yaml")]
+
+
+def owned(kind: str, **flat: Any) -> dict[str, Any]:
+    return for_owner(
+        kind, {name.replace("__", "."): value for name, value in flat.items()}, DESCRIPTION, ARM
+    )
+
+
+def test_names_with_dots_become_groups() -> None:
+    flat = {"a.b.c": 1, "a.b.d": array.array("d", [1.0, 2.0]), "e": "x"}
+    assert nested(flat) == {"a": {"b": {"c": 1, "d": [1.0, 2.0]}}, "e": "x"}
+
+
+@pytest.mark.parametrize("flat", [{"a": 1, "a.b": 2}, {"a.b": 2, "a": 1}])
+def test_a_name_that_is_a_value_and_a_group_is_refused(flat: dict[str, int]) -> None:
+    with pytest.raises(ConfigurationError, match="parameter a"):
+        nested(flat)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("velocity_joint_trajectory_controller", TRAJECTORY),
+        ("position_joint_trajectory_controller", TRAJECTORY),
+        ("homing_controller", HOMING),
+        ("gripper_controller", GRIPPER),
+        ("joint_state_broadcaster", BROADCASTER),
+    ],
+)
+def test_rule_40_the_files_of_the_bringup_are_understood(name: str, kind: str) -> None:
+    flat = parameters_of(name, *FILES)
+    values = for_owner(kind, {**flat, "use_sim_time": False}, DESCRIPTION, ARM)
+    controller = TYPES[kind](name, TYPES[kind].PARAMETERS.read(name, values))
+    controller.on_configure()
+
+
+def test_rule_58_and_69_parameters_of_the_manager_that_cannot_apply_are_reported() -> None:
+    flat = parameters_of("controller_manager", *FILES)
+    assert without_effect(flat) == []
+    sentences = without_effect(
+        {
+            "enforce_command_limits": False,
+            "handle_exceptions": True,
+            "hardware_components_initial_state.inactive": ["bioscara_arm"],
+            "thread_priority": 50,
+        }
+    )
+    assert [sentence.partition(" ")[0] for sentence in sentences] == [
+        "enforce_command_limits",
+        "hardware_components_initial_state",
+        "thread_priority",
+    ]
+    assert "limits always apply" in sentences[0]
+
+
+def test_homing_joints_come_from_flattened_names_in_the_order_of_the_arm() -> None:
+    values = owned(
+        HOMING,
+        command_interfaces__joints__j4__interfaces=["home"],
+        command_interfaces__joints__j2__interfaces=["home"],
+        state_interfaces__joints__j2__interfaces=["home"],
+    )
+    assert values == {"joints": ["j2", "j4"]}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "complaint"),
+    [
+        ("command_interfaces__joints__j1__interfaces", ["position"], "can only be .home."),
+        ("command_interfaces__joints__j9__interfaces", ["home"], "joints.j9: only j1, j2"),
+    ],
+)
+def test_homing_of_something_else_is_refused(name: str, value: list[str], complaint: str) -> None:
+    with pytest.raises(ConfigurationError, match=complaint):
+        owned(HOMING, **{name: value})
+
+
+def test_rule_71_the_gripper_gets_the_limits_of_the_arm_unless_it_has_others() -> None:
+    jaws = ARM.gripper
+    assert owned(GRIPPER, joint="gripper")["limits"] == [jaws.lower, jaws.upper]
+    assert owned(GRIPPER, joint="gripper", limits=[0.0, 0.01])["limits"] == [0.0, 0.01]
+
+
+def test_rule_70_the_broadcaster_requires_joints_of_the_arm_alone() -> None:
+    assert owned(BROADCASTER)["joints"] == ["j1", "j2", "j3", "j4"]
+    assert owned(BROADCASTER, joints=["j2", "gripper"])["joints"] == ["j2"]
+    values = owned(BROADCASTER, frame_id="world", use_local_topics=True, interfaces=["position"])
+    assert values == {"joints": ["j1", "j2", "j3", "j4"]}
+
+
+def test_prefixed_joints_have_the_names_of_the_owner() -> None:
+    text = "".join(f'<joint name="left_{joint}"/>' for joint in ("j1", "j2", "j3", "j4"))
+    tag = f'<ros2_control name="a" type="system">{text}</ros2_control>'
+    description = RobotDescription(f"<robot name='r'>{tag}</robot>")
+    flat = {"joints": ["left_j1"], "gains.left_j1.p": 1.0, "constraints.left_j1.goal": 0.1}
+    assert for_owner(TRAJECTORY, flat, description, ARM) == {
+        "joints": ["j1"],
+        "gains": {"j1": {"p": 1.0}},
+        "constraints": {"j1": {"goal": 0.1}},
+    }
+
+
+def test_asynchronous_controllers_and_other_commanded_joints_are_refused() -> None:
+    assert owned(TRAJECTORY, is_async=False, joints=["j1"], command_joints=["j1"]) == {
+        "joints": ["j1"]
+    }
+    with pytest.raises(ConfigurationError, match="no asynchronous controllers"):
+        owned(TRAJECTORY, is_async=True)
+    with pytest.raises(ConfigurationError, match="command_joints"):
+        owned(TRAJECTORY, joints=["j1"], command_joints=["j2"])
+
+
+def test_a_misspelt_parameter_reaches_the_owner_which_refuses_it(tmp_path: Path) -> None:
+    values = owned(TRAJECTORY, joints=["j1"], comand_interfaces=["position"])
+    with pytest.raises(ConfigurationError, match="comand_interfaces"):
+        TYPES[TRAJECTORY].PARAMETERS.read("a", values)

@@ -1,0 +1,574 @@
+"""Clients that send anything, or read nothing: others go on, and the control loop too."""
+
+from __future__ import annotations
+
+import grp
+import itertools
+import json
+import os
+import random
+import socket
+import struct
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from bioscara.api import framing
+from bioscara.api import messages as m
+from bioscara.api.failures import error_of
+from bioscara.api.runtime import find
+from bioscara.errors import (
+    AccessError,
+    BusyOwnerError,
+    ConfigurationError,
+    InvalidArgumentError,
+    LeaseError,
+    ProtocolError,
+)
+from bioscara.robot import Robot
+from bioscara.server.clients import api_server, connection
+from bioscara.server.serve import Served
+from processes import LIMIT
+from served import NAME, RawClient, arm_served, eventually, good_client_works, memory_of
+
+LATE = 0.1
+"""Delay of a control cycle that no client may cause [s]; joints count on setpoints for longer."""
+OTHER_USER = 65534
+pytestmark = pytest.mark.realtime
+
+
+@pytest.fixture(scope="module")
+def arm() -> Iterator[Served]:
+    # In real time: whether the control loop is on time then shows.
+    with arm_served(speed=1.0) as served:
+        yield served
+
+
+@pytest.fixture
+def served(arm: Served) -> Iterator[Served]:
+    """Require after each test that others can work, and that the loop was on time."""
+    times: list[float] = []
+    loop, robot = arm.robot.arm.stack.loop, arm.robot
+    overruns = loop.statistics.overruns
+
+    def observe(_: object) -> None:
+        times.append(time.monotonic())
+
+    robot.arm.observers = (*robot.arm.observers, observe)
+    eventually(lambda: len(times) > 5)
+    yield arm
+    gaps = [b - a for a, b in itertools.pairwise(times)]
+    robot.arm.observers = tuple(each for each in robot.arm.observers if each is not observe)
+    assert max(gaps) < loop.period + LATE
+    assert loop.statistics.overruns == overruns
+    assert robot.faults == ()
+    with RawClient("cleaner") as cleaner:
+        epoch = cleaner.acquire(force=True)
+        cleaner.request(m.StopAll())
+        cleaner.request(m.ReleaseLease(), epoch)
+    eventually(lambda: not robot.is_moving)
+    good_client_works()
+
+
+def framed(data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + data
+
+
+def refusal(client: RawClient) -> Exception:
+    """Return the reason for which the owner ends the connection."""
+    message = client.read(m.RequestFailed)
+    assert message.id is None
+    assert client.ended()
+    return error_of(message.failure)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.usefixtures("served")
+def test_garbage_ends_its_connection_alone(seed: int) -> None:
+    with RawClient(greet=False) as client:
+        client.send_bytes(framed(bytes([0xC1, seed]) + os.urandom(200)))
+        assert isinstance(refusal(client), ProtocolError)
+    with RawClient() as client:
+        client.send_bytes(framed(bytes([0xC1, seed]) + os.urandom(200)))
+        assert isinstance(refusal(client), ProtocolError)
+
+
+@pytest.mark.usefixtures("served")
+def test_nothing_after_the_message_that_cut_a_client_off_is_carried_out(arm: Served) -> None:
+    events = arm.owner.events.last
+    hello = m.ClientHello(version=m.VERSION, client="late", session="late")
+    with RawClient(greet=False) as client:
+        client.send_bytes(
+            framed(b"\xc1")
+            + framing.packed(hello)
+            + framing.packed(m.ClientRequest(id=1, command=m.Pause()))
+        )
+        assert isinstance(refusal(client), ProtocolError)
+    assert not arm.robot.arm.paused
+    assert all(event.client != "late" for event in after(arm, events))
+
+
+def after(arm: Served, number: int) -> list[m.Event]:
+    found = []
+    while (event := arm.owner.events.after(number)) is not None:
+        found.append(event)
+        number = event.number
+    return found
+
+
+@pytest.mark.usefixtures("served")
+def test_half_a_message_and_silence_is_cut_off_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection, "HELLO_TIMEOUT", 0.2)
+    with RawClient(greet=False) as client:
+        client.send_bytes(struct.pack(">I", 200) + b"half")
+        begin = time.monotonic()
+        assert client.ended()
+        assert 0.1 < time.monotonic() - begin < 5.0
+
+
+@pytest.mark.parametrize("size", [(1 << 31) - 1, (1 << 32) - 1, framing.REQUEST_MAX + 1])
+def test_the_announcement_of_a_huge_message_takes_no_memory(served: Served, size: int) -> None:
+    with RawClient("look") as look:
+        before = memory_of(look)
+        for greet in (False, True):
+            with RawClient(greet=greet) as client:
+                client.send_bytes(struct.pack(">I", size))
+                assert "is announced" in str(refusal(client))
+        assert memory_of(look) - before < 4 << 20
+    assert served.robot.is_homed
+
+
+@pytest.mark.usefixtures("served")
+def test_a_message_that_takes_long_to_read_is_refused_also_of_the_client_that_commands() -> None:
+    with RawClient() as client:
+        epoch = client.acquire()
+        text = "x" * (framing.REQUEST_MAX - 200)
+        with pytest.raises(InvalidArgumentError):
+            client.request(m.Start(task=m.MoveNamed(name=text)), epoch)
+        client.send_bytes(struct.pack(">I", framing.REQUEST_MAX + 1))
+        assert "is announced" in str(refusal(client))
+
+
+@pytest.mark.usefixtures("served")
+def test_before_hello_only_little_is_accepted() -> None:
+    with RawClient(greet=False) as client:
+        client.send_bytes(struct.pack(">I", framing.HELLO_MAX + 1))
+        assert isinstance(refusal(client), ProtocolError)
+
+
+@pytest.mark.parametrize("depth", [100, 5_000, 100_000])
+@pytest.mark.usefixtures("served")
+def test_nested_bombs_are_refused(depth: int) -> None:
+    packed = b"\x91" * depth + b"\x01"
+    with RawClient() as client:
+        client.send_bytes(framed(packed))
+        assert isinstance(refusal(client), InvalidArgumentError | ProtocolError)
+    text = b'{"kind":"request","id":7,"command":' + b"[" * depth + b"]" * depth + b"}"
+    with JsonClient() as other:
+        other.send(text)
+        answer = other.read()
+        assert answer["kind"] == "refusal"
+    with RawClient() as client:
+        epoch = client.acquire()
+        nested: dict[str, object] = {}
+        for _ in range(min(depth, 400)):
+            nested = {"a": nested}
+        kind = "forward_command_controller/ForwardCommandController"
+        command = m.LoadController(name="x", type=kind, parameters=nested)
+        with pytest.raises(ConfigurationError, match="x: a is not a known parameter"):
+            client.request(command, epoch)
+
+
+class JsonClient:
+    """A client that speaks JSON."""
+
+    def __init__(self, hello: bytes | None = None) -> None:
+        self.frames = framing.Frames(framing.ANSWER_MAX)
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.socket.settimeout(LIMIT)
+        self.socket.connect(os.fspath(api_socket()))
+        text = {"kind": "hello", "version": m.VERSION, "client": "json", "session": "json"}
+        self.send(json.dumps(text).encode() if hello is None else hello)
+        self.welcome = self.read()
+
+    def __enter__(self) -> JsonClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.socket.close()
+
+    def send(self, text: bytes) -> None:
+        self.socket.sendall(framed(text))
+
+    def read(self) -> dict[str, object]:
+        while (payload := next(self.frames.feed(b""), None)) is None:
+            data = self.socket.recv(1 << 16)
+            if not data:
+                raise EOFError
+            payload = next(self.frames.feed(data), None)
+            if payload is not None:
+                break
+        message = json.loads(payload)
+        assert isinstance(message, dict)
+        return message
+
+
+def api_socket() -> Path:
+    return find(NAME).socket
+
+
+@pytest.mark.usefixtures("served")
+def test_json_is_answered_in_json() -> None:
+    with JsonClient() as client:
+        assert client.welcome["kind"] == "welcome"
+        client.send(b'{"kind":"request","id":3,"command":{"kind":"get_state"}}')
+        answer = client.read()
+        assert answer["id"] == 3
+        result = answer["result"]
+        assert isinstance(result, dict)
+        assert result["kind"] == "state"
+        for text, number in (
+            (b'{"kind":"request","id":4,"command":{"kind":"fly"}}', 4),
+            (b'{"kind":"request","id":5,"command":{"kind":"get_goal"}}', 5),
+            (b'{"kind":"request","id":6,"command":{"kind":"get_goal","goal":"x"}}', 6),
+            (b'{"kind":"request","id":7,"command":{"kind":"get_state","more":1}}', 7),
+        ):
+            client.send(text)
+            answer = client.read()
+            assert (answer["kind"], answer["id"]) == ("refusal", number)
+        client.send(b'{"kind":"request","id":1' + b"0" * 400 + b',"command":{"kind":"fly"}}')
+        assert client.read()["kind"] == "refusal"
+    for text in (b"{", b'{"kind":"hello"}', b'{"kind":"hello","version":1,"client":"\\ud800"}'):
+        with JsonClient(text) as client:
+            assert client.welcome["kind"] == "refusal"
+
+
+@pytest.mark.usefixtures("served")
+def test_an_unknown_request_is_answered_and_the_connection_stays() -> None:
+    with RawClient() as client:
+        for number, command in enumerate(
+            (
+                {"kind": "fly"},
+                {"kind": "start"},
+                {"kind": "start", "task": {"kind": "dance"}},
+                {"kind": "get_goal", "goal": 1.5},
+                {"kind": "start", "task": {"kind": "move_named", "name": 3}},
+                {
+                    "kind": "start",
+                    "task": {"kind": "attach", "load": {"name": "", "shape": {"corners": []}}},
+                },
+            ),
+            start=1,
+        ):
+            client.send({"kind": "request", "id": number, "command": command})
+            answer = client.answer(number)
+            assert isinstance(answer, m.RequestFailed)
+            assert answer.failure.error == "InvalidArgumentError"
+        assert isinstance(client.answer(client.begin(m.GetLease(), number=99)), m.Response)
+
+
+@pytest.mark.usefixtures("served")
+def test_hello_has_rules() -> None:
+    with RawClient() as client:
+        client.send(m.ClientHello(version=m.VERSION, client="a", session="b"))
+        assert "hello came twice" in str(refusal(client))
+    with RawClient(greet=False) as client:
+        client.send(m.ClientHello(version=99, client="a", session="b"))
+        assert "version" in str(refusal(client))
+    with RawClient(greet=False) as client:
+        client.begin(m.GetState())
+        assert "before hello" in str(refusal(client))
+    for name, session in (("", "b"), ("a", ""), ("a" * 65, "b"), ("a", "b" * 65)):
+        with RawClient(greet=False) as client:
+            client.send(m.ClientHello(version=m.VERSION, client=name, session=session))
+            assert "names of 1 to 64 characters" in str(refusal(client))
+
+
+def test_control_characters_of_a_name_reach_nobody(served: Served) -> None:
+    first = served.owner.events.last
+    with RawClient("\x1b[2J\r\nforged: line\x00") as client:
+        client.request(m.Pause())
+        client.request(m.Resume(), client.acquire())
+    for event in after(served, first):
+        assert event.text.isprintable()
+        assert event.client.isprintable()
+
+
+@pytest.mark.parametrize("command", [m.GetState(), m.ListControllers(), m.GetDescription()])
+def test_thousands_of_requests_without_reading_delay_nobody(
+    served: Served, command: m.AnyCommand
+) -> None:
+    with RawClient("look") as look, RawClient("flood") as flood:
+        before = memory_of(look)
+        flood.socket.settimeout(0.5)
+        longest = 0.0
+        try:
+            for number in range(0, 10_000, 500):
+                block = b"".join(
+                    framing.packed(m.ClientRequest(id=number + k + 1, command=command))
+                    for k in range(500)
+                )
+                flood.send_bytes(block)
+                begin = time.monotonic()
+                look.request(m.GetLease())
+                longest = max(longest, time.monotonic() - begin)
+        except (TimeoutError, BrokenPipeError, ConnectionResetError):
+            pass
+        assert longest < 0.5
+        assert memory_of(look) - before < 64 << 20
+    assert served.robot.is_homed
+
+
+def test_answers_to_queries_are_not_kept(served: Served) -> None:
+    with RawClient("hungry") as client:
+        for _ in range(50):
+            client.request(m.ListControllers())
+        before = memory_of(client)
+        for _ in range(600):
+            client.request(m.ListControllers())
+        assert memory_of(client) - before < 2 << 20
+    assert served.robot.is_homed
+
+
+def test_a_subscriber_that_never_reads_takes_little_memory(served: Served) -> None:
+    with RawClient("look") as look, RawClient("deaf") as deaf, RawClient("noisy") as noisy:
+        deaf.begin(m.Subscribe(states=True, events_after=0))
+        before = memory_of(look)
+        for _ in range(3_000):
+            noisy.request(m.Pause())
+        noisy.request(m.StopAll())
+        assert memory_of(look) - before < 16 << 20
+        # It gets the newest sample once it reads, and the events without a gap.
+        last = served.owner.events.last
+        while not deaf.events or deaf.events[-1].number < last:
+            deaf.read(m.Event)
+        numbers = [event.number for event in deaf.events]
+        assert numbers == list(range(numbers[0], last + 1))
+
+
+@pytest.mark.usefixtures("served")
+def test_events_that_are_not_kept_are_told_as_a_gap(arm: Served) -> None:
+    with RawClient() as client:
+        client.begin(m.Subscribe(events_after=-5))
+        client.read(m.Event)
+        first = client.events[0]
+        assert (first.what == "gap") == (arm.owner.events._kept[0].number > 1)
+        assert first.number >= 1
+
+
+def test_requests_in_work_are_limited_and_a_stop_never_waits(served: Served) -> None:
+    plan = m.MakePlan(m.MoveNamed(name="center"))
+    with RawClient("planner") as client, RawClient("commander") as commander:
+        numbers = [client.begin(plan) for _ in range(200)]
+        begin = time.monotonic()
+        epoch = commander.acquire()
+        task = m.MoveRelative(z=0.001)
+        accepted = commander.request(m.Start(task=task), epoch)
+        assert isinstance(accepted, m.Accepted)
+        commander.request(m.StopAll())
+        assert time.monotonic() - begin < 2.0
+        client.request(m.StopAll())
+        answers = [client.answer(number) for number in numbers]
+        refused = [each for each in answers if isinstance(each, m.RequestFailed)]
+        assert 0 < len(refused) < 200
+        assert {each.failure.error for each in refused} == {"BusyOwnerError"}
+        eventually(lambda: not served.robot.is_moving)
+
+
+def test_yesterdays_epoch_commands_nothing(served: Served) -> None:
+    with RawClient("old") as old, RawClient("new") as new:
+        former = old.acquire()
+        epoch = new.acquire(force=True)
+        goals = served.owner.goals.last
+        for command in (
+            m.Start(task=m.HomeTask()),
+            m.Resume(),
+            m.SetSpeedOverride(1.0),
+            m.RenewLease(),
+            m.ReleaseLease(),
+            m.Cancel(1),
+            m.EndJog(1),
+        ):
+            for wrong in (former, epoch, None, epoch + 1, -1):
+                with pytest.raises(LeaseError):
+                    old.request(command, wrong)
+            with pytest.raises(LeaseError):
+                new.request(command, former)
+        assert served.owner.goals.last == goals
+        new.request(m.ReleaseLease(), epoch)
+        with pytest.raises(LeaseError):
+            old.request(m.Start(task=m.HomeTask()), former)
+        assert old.acquire() > epoch
+        old.request(m.ReleaseLease(), old.acquire())
+
+
+def test_two_takeovers_at_once_have_one_winner(served: Served) -> None:
+    with RawClient("a") as a, RawClient("b") as b:
+        for _ in range(20):
+            numbers = [client.begin(m.AcquireLease(force=True)) for client in (a, b)]
+            answers = [client.answer(each) for client, each in zip((a, b), numbers, strict=True)]
+            epochs = []
+            for answer in answers:
+                assert isinstance(answer, m.Response)
+                assert isinstance(answer.result, m.LeaseState)
+                epochs.append(answer.result.lease.epoch)
+            assert abs(epochs[0] - epochs[1]) == 1
+            winner, loser = (a, b) if epochs[0] > epochs[1] else (b, a)
+            winner.request(m.SetSpeedOverride(1.0), max(epochs))
+            with pytest.raises(LeaseError):
+                loser.request(m.SetSpeedOverride(0.5), min(epochs))
+        winner.request(m.ReleaseLease(), max(epochs))
+    assert served.robot.speed_override == 1.0
+
+
+@pytest.mark.usefixtures("served")
+def test_a_request_that_came_before_is_not_carried_out_again(arm: Served) -> None:
+    with RawClient("twice") as client:
+        epoch = client.acquire()
+        goals = arm.owner.goals.last
+        number = client.begin(m.Start(task=m.MoveRelative(z=0.001)), epoch)
+        first = client.answer(number)
+        for _ in range(3):
+            again = client.answer(client.begin(m.Start(task=m.HomeTask()), epoch, number))
+            assert again == first
+        assert arm.owner.goals.last == goals + 1
+        for _ in range(connection.ANSWERS + 10):
+            client.begin(m.SetSpeedOverride(1.0), epoch, number := number + 1)
+            client.answer(number)
+        old = client.answer(client.begin(m.Start(task=m.HomeTask()), epoch, 2))
+        client.number = number
+        assert isinstance(old, m.RequestFailed)
+        assert "long ago" in old.failure.text
+        assert arm.owner.goals.last == goals + 1
+        client.request(m.ReleaseLease(), epoch)
+
+
+@pytest.mark.usefixtures("served")
+def test_a_session_with_a_connection_is_not_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection, "SESSIONS", 4)
+    with RawClient("here", "long-lived") as client:
+        number = client.begin(m.Pause())
+        client.answer(number)
+        for count in range(10):
+            with RawClient("short", f"short-{count}"):
+                pass
+        with RawClient("here", "long-lived") as again:
+            assert again.welcome.resumed
+            recalled = again.answer(again.begin(m.Recall(number), number=50))
+            assert isinstance(recalled, m.Response)
+            assert isinstance(recalled.result, m.Done)
+            again.request(m.StopAll())
+
+
+@pytest.mark.usefixtures("served")
+def test_more_clients_than_there_is_room_for_are_told_so() -> None:
+    clients = []
+    try:
+        while len(clients) <= api_server.CLIENTS + 20:
+            client = RawClient(greet=False)
+            clients.append(client)
+            client.send(m.ClientHello(version=m.VERSION, client="many", session=str(len(clients))))
+        messages = [client.read(m.Welcome | m.RequestFailed) for client in clients]
+        refused = [each for each in messages if isinstance(each, m.RequestFailed)]
+        assert len(refused) >= 20
+        assert isinstance(error_of(refused[0].failure), BusyOwnerError)
+        with pytest.raises(BusyOwnerError, match="clients already"):
+            Robot.connect(f"arm:{NAME}").open()
+    finally:
+        for client in clients:
+            client.socket.close()
+    eventually(can_connect)
+
+
+def can_connect() -> bool:
+    try:
+        with RawClient():
+            return True
+    except EOFError:
+        return False
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
+@pytest.mark.usefixtures("served")
+def test_another_user_is_refused() -> None:
+    path = api_socket()
+    modes = [(each, each.stat().st_mode & 0o777) for each in (path.parent, path)]
+    try:
+        # To see the owner's own check behind that of the files.
+        path.parent.chmod(0o755)
+        path.chmod(0o666)
+        assert as_user(OTHER_USER, OTHER_USER, path) == AccessError.__name__
+        assert as_user(0, 0, path) == "welcome"
+    finally:
+        for each, mode in modes:
+            each.chmod(mode)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
+def test_members_of_the_group_find_the_owner_and_others_are_refused() -> None:
+    with arm_served(group=grp.getgrgid(OTHER_USER).gr_name):
+        assert as_user(OTHER_USER, OTHER_USER) == "welcome"
+        assert as_user(12345, 12345) != "welcome"
+
+
+def as_user(uid: int, gid: int, path: Path | None = None) -> str:
+    """Return how the owner answers the hello of another user: its class or its kind."""
+    hello = framing.packed(m.ClientHello(version=m.VERSION, client="other", session="other"))
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.setgroups([])
+            os.setgid(gid)
+            os.setuid(uid)
+            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
+                link.settimeout(5.0)
+                link.connect(os.fspath(path or api_socket()))
+                # The owner may have refused already.
+                with suppress(BrokenPipeError):
+                    link.sendall(hello)
+                frames = framing.Frames(framing.ANSWER_MAX)
+                payload = next(frames.feed(link.recv(1 << 16)))
+                message = framing.from_owner.decode(payload)
+                if isinstance(message, m.RequestFailed):
+                    os.write(writer, message.failure.error.encode())
+                else:
+                    os.write(writer, str(message.__struct_config__.tag).encode())
+        except BaseException as error:  # noqa: BLE001  of the child, passed to the test
+            os.write(writer, type(error).__name__.encode())
+        finally:
+            os._exit(0)
+    os.close(writer)
+    os.waitpid(child, 0)
+    with os.fdopen(reader) as told:
+        return told.read()
+
+
+def test_random_changes_of_real_requests_end_nothing_but_their_connection(served: Served) -> None:
+    requests = [
+        m.Start(task=m.MoveTo(pose=served.robot.pose), timeout=1.0),
+        m.Start(task=m.SetScene(scene=m.SceneValue())),
+        m.Start(task=m.SetTable(table=served.robot.table)),
+        m.AcquireLease(),
+        m.Subscribe(states=True, events_after=0),
+        m.GetFlightRecord("x"),
+        m.MakePlan(m.MoveNamed(name="center")),
+    ]
+    ended = 0
+    for seed in range(150):
+        choice = random.Random(seed)
+        request = m.ClientRequest(id=1, command=choice.choice(requests), epoch=1)
+        data = bytearray(framing.encode_packed(request))
+        for _ in range(choice.randrange(1, 4)):
+            data[choice.randrange(len(data))] = choice.randrange(256)
+        with RawClient("fuzz") as client:
+            client.send_bytes(framed(bytes(data)))
+            try:
+                client.read(m.RequestFailed | m.Response)
+            except EOFError:
+                ended += 1
+    # Each gets an answer, or the reason for the end of its connection.
+    assert ended == 0
