@@ -12,8 +12,8 @@ from ros.rig import Rig, Ros, rig
 from ros.share import make_prefix
 from served import HALF
 
-collect_ignore = ["ros_client.py"]
-"""A program for the Python with the wheels of ROS."""
+collect_ignore = ["executor_program.py", "ros_client.py"]
+"""Programs for the Python with the wheels of ROS."""
 
 
 @pytest.fixture(scope="module")
