@@ -31,7 +31,7 @@ from bioscara.ros.owner import OwnerConnection
 NAME = "controller_manager"
 _THREADS = 16
 """Threads for callbacks: each goal that runs keeps one."""
-_WAIT = 0.1
+_WAIT = 0.5
 """Longest wait for a callback [s]: the wake-up by the end of another one can be lost."""
 _POLL = 0.05
 """Period of the check for a request to end [s]."""
