@@ -5,6 +5,8 @@ a status, a progress and a result or an error. ``execution`` moves the arm withi
 brings it to rest however that ends. ``arbiter`` admits one operation for each device, and
 ``cycle_recorder`` records the cycles of one.
 
-The other modules and folders are the operations: ``motions``, those for ``controllers`` of clients,
-and here those that move nothing. ``Arm`` in ``robot.arm`` begins and steps them.
+The operations are in three places: ``motions`` has all that move the arm or the jaws,
+``controllers`` runs and switches the controllers of clients, and the other modules of this folder
+switch power, clear faults, change the workspace and read counters. ``Arm`` in ``robot.arm`` begins
+and steps them.
 """

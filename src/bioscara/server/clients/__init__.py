@@ -3,5 +3,5 @@
 Begin with ``api_server``, which listens on the socket. ``connection`` is one client on it: requests
 come in; answers, samples, records and events go out. ``served_arm`` is what both need of an arm.
 ``client`` is a client as the owner knows it, ``lease`` lets one of them command, and ``events``
-keeps the latest events for those that connect again.
+keeps the latest events, which a client that connects again has missed.
 """
