@@ -56,7 +56,7 @@ class Site:
 
     @property
     def plant(self) -> SimulatedArm:
-        """The simulated arm: where its joints are, whatever is commanded."""
+        """The simulated arm, which has the true positions of its joints."""
         return self.served.robot.bus.arm  # type: ignore[attr-defined,no-any-return]
 
     @property

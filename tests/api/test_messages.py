@@ -155,7 +155,7 @@ def test_every_command_and_result_is_one_that_can_be_sent() -> None:
         assert leaves == set(get_args(union))
 
 
-def test_what_needs_the_lease_is_no_query() -> None:
+def test_queries_stop_and_pause_need_no_lease() -> None:
     for kind in CLASSES:
         if issubclass(kind, m.Query):
             assert not kind.needs_lease

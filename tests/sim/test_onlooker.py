@@ -1,4 +1,4 @@
-"""Looking at an arm behind a socket, beside the program that uses it."""
+"""Reading the arm behind a socket while another program uses it."""
 
 from __future__ import annotations
 

@@ -530,7 +530,9 @@ def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
     ],
 )
 @pytest.mark.usefixtures("arm")
-def test_what_is_no_frame_is_refused_with_the_reason(path: Path, junk: bytes, words: str) -> None:
+def test_bytes_that_are_no_frame_are_refused_with_the_reason(
+    path: Path, junk: bytes, words: str
+) -> None:
     with client(path) as connection:
         connection.sendall(junk)
         assert words in everything(connection).decode(errors="replace")

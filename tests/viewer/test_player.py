@@ -1,4 +1,4 @@
-"""Replay: what is shown at which time, and the clearance, limits and tool path beside it."""
+"""Replay: positions over time, with clearance, limits and the path of the tool."""
 
 from __future__ import annotations
 
@@ -227,7 +227,7 @@ def test_a_position_near_or_beyond_a_limit_has_a_warning_colour(limit: object) -
 
 
 class Arm:
-    """An arm that is looked at: its answers, in order."""
+    """A running simulated arm: its answers to LOOK, in order."""
 
     def __init__(self, *answers: tuple[float, tuple[float, ...]] | None) -> None:
         self.answers = list(answers)

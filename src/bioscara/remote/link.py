@@ -207,7 +207,7 @@ class OwnerLink:
         """Send a request and return its result.
 
         Args:
-            command: What is requested.
+            command: The request.
             epoch: Epoch of the lease, for commands that need one.
             arrived: Called with the result when it comes, also if this call was interrupted before,
                 as by Ctrl-C; in the thread of the connection, so that it must not make requests.

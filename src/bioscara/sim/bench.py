@@ -1,7 +1,7 @@
 """The bench of a simulated arm: faults that a person switches on to see what the software does.
 
-Each is applied to the arm or to its bus, ends by itself or can be switched off, and is listed while
-it lasts, so that a client that connects later sees the cause in the arm.
+Each is applied to the arm or to its bus, ends after a time or can be switched off, and is listed
+while it lasts, so that a client that connects later sees the cause in the arm.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Kind(NamedTuple):
         lower: Smallest value.
         upper: Largest value.
         unit: Unit of the value; empty for switches and shares.
-        off: The value that ends it; NaN if it ends by itself or by another one.
+        off: The value that ends it; NaN if it ends after a time or by another one.
     """
 
     of_joint: bool

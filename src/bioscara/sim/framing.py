@@ -3,7 +3,7 @@
 A frame is ``u16 size, u8 kind, u32 sequence`` and ``size`` bytes, little endian. A host sends HELLO
 with sequence 0 and gets WELCOME, then REQUESTs numbered from 1, each answered by the REPLY of the
 same number. REFUSAL carries a sentence and is the last frame of a connection. A program that only
-looks at the arm sends no HELLO but LOOKs numbered from 0, each answered by the STATE of the same
+reads the arm sends no HELLO but LOOKs numbered from 0, each answered by the STATE of the same
 number; it uses no bus and is no host.
 
     HELLO    4s magic, u8 version

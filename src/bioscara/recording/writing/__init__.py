@@ -2,5 +2,5 @@
 
 Begin with ``recorder``. It has an ``owner_recorder`` for each run of the owner, which writes what
 an ``arm_feed`` receives into files of a ``folder``. ``sample_messages`` encodes the state of each
-cycle and ``messages`` what comes rarely; ``frames`` are the transforms, and ``arm_time`` the times.
+cycle and ``messages`` all rarer events; ``frames`` are the transforms, and ``arm_time`` the times.
 """

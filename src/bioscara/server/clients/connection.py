@@ -262,7 +262,7 @@ class Connection(asyncio.Protocol):
         self._full = True
 
     def resume_writing(self) -> None:
-        """The client has read everything: send what is newest."""
+        """The client has read everything: send the newest sample."""
         self._full = False
         self._catch_up()
         self._pump()
@@ -494,7 +494,7 @@ class Connection(asyncio.Protocol):
             cycle: Number of its cycle.
         """
         subscription = self._subscriptions[kind]
-        # It may be the one that the client got after it had read what came before.
+        # The client may have got it already, after it had read the samples before.
         if self._ending or time < subscription.due or cycle == subscription.sent:
             return
         subscription.due = time + 0.999 * subscription.period

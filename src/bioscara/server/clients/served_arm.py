@@ -61,7 +61,7 @@ class ServedArm(Protocol):
         """Carry out a command; arguments and errors as of ``Owner``."""
 
     def announce(self, what: str, text: str, client: str) -> None:
-        """Tell that something happened to the server itself."""
+        """Report an event of the server itself."""
 
     def tick(self) -> None:
-        """Do what is due also without a control loop; called now and then."""
+        """Do the periodic work that needs no control loop; called now and then."""

@@ -418,7 +418,7 @@ class ClientControllers:
 
 
 class _EndedError(Exception):
-    """The operation of the controllers has ended meanwhile."""
+    """The operation of the controllers has ended before the request."""
 
 
 class _PointUploads:

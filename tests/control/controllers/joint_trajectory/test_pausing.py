@@ -135,7 +135,7 @@ def test_any_change_of_the_scaling_stays_on_the_path_and_within_the_limits(
     arm.run(round((arm.move.duration + 2.0) / PERIOD))
     assert arm.positions[-1] == pytest.approx(arm.move.positions[-1])
     arm.assert_on_the_curve()
-    # Besides the deceleration, the scaling rises at 1 per second.
+    # Apart from the deceleration, the scaling rises at 1 per second.
     changes_of_velocity = np.abs(np.diff(arm.velocities, axis=0)) / PERIOD
     assert (changes_of_velocity <= 1.05 * MOST + 1.1 * FASTEST).all()
 

@@ -242,7 +242,7 @@ def test_rule_39_conditional_integration_stops_only_further_saturation() -> None
     assert pid.update(0.0, 0.0, 1.0) == pytest.approx(-0.2)
 
 
-def test_rule_39_back_calculation_bleeds_the_integral_by_what_was_cut_off() -> None:
+def test_rule_39_back_calculation_reduces_the_integral_by_the_clipped_part() -> None:
     pid = Pid(
         Gains(
             p=1.0,

@@ -43,7 +43,7 @@ def test_rule_29_defaults_check_nothing_but_standstill() -> None:
     )
 
 
-def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived() -> None:
+def test_rule_29_a_tolerance_of_0_is_not_checked_and_a_joint_that_moves_has_not_arrived() -> None:
     default = defaults(JOINTS, Constraints())
 
     def at_end(speed: float) -> Verdict | None:

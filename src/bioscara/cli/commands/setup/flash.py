@@ -120,7 +120,7 @@ def _without_firmware(options: Options) -> str:
         still = "the ST-Link still reaches it"
     else:
         still = (
-            "its bootloader is in ROM and still there: it comes up by itself, or else with BOOT "
+            "its bootloader is in ROM and still there: it starts automatically, or else with BOOT "
             "held while RESET is pressed"
         )
     return (

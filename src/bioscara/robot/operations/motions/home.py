@@ -105,8 +105,8 @@ class Home(Operation[None]):
             return
         if (load := arm.workspace.load) is not None:
             raise LifecycleError(
-                f"home(): the tool carries {load.name}, and the way of homing is clear only for an "
-                "empty gripper; gripper.release() or detach() it"
+                f"home(): the tool carries {load.name}, and the path of homing is clear only for "
+                "an empty gripper; gripper.release() or detach() it"
             )
         stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, clock.now())
