@@ -46,8 +46,8 @@ from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import RemoteOperation
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.operations.operation import Operation, Status
+from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose

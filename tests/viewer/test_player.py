@@ -24,7 +24,7 @@ from bioscara.viewer import readouts
 from bioscara.viewer.live import Live
 from bioscara.viewer.page import Page
 from bioscara.viewer.player import SPEEDS, Player
-from bioscara.viewer.recording import Recording
+from bioscara.viewer.recorded_motion import Recording
 from bioscara.viewer.zones import NEAREST
 from viewer.browser import Browser, wait
 

@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Literal
 import msgspec
 
 from bioscara.control.controllers.gripper_messages import GripperGoal
-from bioscara.control.controllers.joint_trajectory.messages import Goal, JointTrajectory, Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import Goal, JointTrajectory, Point
 from bioscara.kinematics import Pose
 from bioscara.model import ArmParameters
 from bioscara.planning import Sample

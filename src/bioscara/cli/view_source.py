@@ -23,7 +23,7 @@ from bioscara.remote import RemoteRobot
 from bioscara.report.folder import SAMPLES
 from bioscara.report.recorded import read_run
 from bioscara.sim import Onlooker
-from bioscara.viewer.recording import Recording
+from bioscara.viewer.recorded_motion import Recording
 
 _SIMULATED, _SERVED = "sim:", "arm:"
 

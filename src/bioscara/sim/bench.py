@@ -13,8 +13,8 @@ from typing import NamedTuple
 from bioscara.arguments import number
 from bioscara.bus import Direction, FaultyBus, Injection, Transaction, When
 from bioscara.errors import CommunicationError, InvalidArgumentError, LimitError
-from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.firmware_bus import FirmwareBus
+from bioscara.sim.simulated_arm import JOINTS, SimulatedArm
 from bioscara.spelling import did_you_mean
 
 _WATCHDOG = 0.2

@@ -15,7 +15,6 @@ from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
 from bioscara.scheduling import ProcessorWait, wake_on_time
-from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.framing import (
     TEXT_MAX,
     ArmState,
@@ -29,6 +28,7 @@ from bioscara.sim.framing import (
     expect,
     next_frame,
 )
+from bioscara.sim.simulated_arm import JOINTS, SimulatedArm
 
 _STEP = 0.002
 """Lag of simulated time behind real time that is allowed without requests [s]."""

@@ -10,7 +10,7 @@ import viser
 from bioscara.kinematics import batch
 from bioscara.viewer import readouts
 from bioscara.viewer.page import Page
-from bioscara.viewer.recording import Recording
+from bioscara.viewer.recorded_motion import Recording
 
 SPEEDS = ("0.1x", "0.25x", "0.5x", "1x", "2x", "5x", "10x")
 """Speeds to choose from, as multiples of real time."""

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.clock import SimulatedClock
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.gripper_messages import GripperGoal, GripperGoalHandle
 from bioscara.control.limits.limiter import Limiter, joint_limiters

@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus import Transaction
-from bioscara.control.controllers.joint_trajectory.parameters import (
+from bioscara.control.controllers.joint_trajectory.pid import Gains
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
     Constraints,
     JointConstraints,
     SpeedScaling,
 )
-from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.realtime import PRIORITY, realtime
 from bioscara.control.manager.manager import ControllerManager

@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from bioscara.api.messages import Event, StateSample, TrajectoryValue
 from bioscara.kinematics import Pose
-from bioscara.recording.writing.messages import event_message, trajectory_message
+from bioscara.recording.writing.rare_messages import event_message, trajectory_message
 from bioscara.recording.writing.sample_messages import SampleMessages
 from bioscara.rosbag.cdr import CdrReader
 from bioscara.rosbag.texts import text_message

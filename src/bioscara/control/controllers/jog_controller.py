@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 from bioscara.model.validation import Listed, Text

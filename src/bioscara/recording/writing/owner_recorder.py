@@ -20,15 +20,15 @@ from bioscara.recording.content import (
     ArmStatus,
 )
 from bioscara.recording.writing.arm_feed import ArmFeed, FeedItem
-from bioscara.recording.writing.arm_time import ArmTime
 from bioscara.recording.writing.folder import RESERVE, RecordingFolder
-from bioscara.recording.writing.frames import JointFrame, joint_frames
-from bioscara.recording.writing.messages import (
+from bioscara.recording.writing.rare_messages import (
     event_message,
     trajectory_message,
     transforms_message,
 )
 from bioscara.recording.writing.sample_messages import SampleMessages
+from bioscara.recording.writing.transforms import JointFrame, joint_frames
+from bioscara.recording.writing.wall_clock import ArmTime
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic

@@ -40,8 +40,8 @@ from bioscara.robot.operations.controllers.run_controllers import RunControllers
 from bioscara.robot.operations.controllers.set_hardware_state import SetHardwareState
 from bioscara.robot.operations.operation import Operation
 from bioscara.server.clients.client import Client, Later
-from bioscara.server.controllers.goals import ControllerGoals
-from bioscara.server.controllers.parameters import LOADED, made_controller, require_client
+from bioscara.server.controllers.controller_goals import ControllerGoals
+from bioscara.server.controllers.loadable_controllers import LOADED, made_controller, require_client
 from bioscara.spelling import did_you_mean
 
 T = TypeVar("T")

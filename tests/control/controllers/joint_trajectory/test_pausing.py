@@ -20,10 +20,12 @@ from bioscara.control.controllers.joint_trajectory import (
     JointTrajectory,
     Point,
 )
+from bioscara.control.controllers.joint_trajectory.goal_conversion import Request
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.planning import Sample, Trajectory, point_to_point
 from bioscara.robot.planner import ACCELERATION_SHARE
 from control.controllers.joint_trajectory.follower import BRAKES, NOTHING, Follower, alone, smooth

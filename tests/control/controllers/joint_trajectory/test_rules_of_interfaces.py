@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 
 from bioscara.control.controllers.joint_trajectory import Gains, GoalStatus, Point
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Pid
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.errors import ConfigurationError, GoalRejectedError, LimitError
 from bioscara.hardware import LifecycleState
 from control.control_stack import BOTH, NAMES

@@ -14,7 +14,6 @@ from bioscara.control.controllers.joint_trajectory import (
     Point,
     Tolerance,
 )
-from bioscara.control.controllers.joint_trajectory.parameters import Constraints, JointConstraints
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     ToleranceMonitor,
     TrajectoryTolerances,
@@ -23,6 +22,10 @@ from bioscara.control.controllers.joint_trajectory.tolerances import (
     choose,
     defaults,
     violated,
+)
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    Constraints,
+    JointConstraints,
 )
 from bioscara.planning import Sample
 from control.controllers.joint_trajectory.follower import NOTHING, Follower

@@ -8,15 +8,17 @@ from collections.abc import Callable, Mapping
 import pytest
 
 from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, JointTrajectory, Point
-from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.splicing import Spliced
-from bioscara.control.controllers.joint_trajectory.validation import (
+from bioscara.control.controllers.joint_trajectory.goal_validation import (
     arranged,
     check_form,
     check_limits,
     check_stamp,
     ranges,
+)
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.splicing import Spliced
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
 )
 from bioscara.errors import GoalRejectedError
 from bioscara.model import JointParameters

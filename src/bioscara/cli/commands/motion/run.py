@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bioscara.cli import sequence
-from bioscara.cli.arm import (
+from bioscara.cli.arm_parameters import overlay_notes, parameters_from
+from bioscara.cli.motion import Progress, tool_line
+from bioscara.cli.opened_arm import (
     acknowledge_faults,
     at_full_speed,
     introduce,
@@ -22,13 +24,11 @@ from bioscara.cli.arm import (
     remedy,
     require_acknowledgement,
 )
-from bioscara.cli.motion import Progress, tool_line
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.live_view import make_view
 from bioscara.cli.output.observer import Observer
-from bioscara.cli.parameters import overlay_notes, parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.control.loop.realtime import realtime

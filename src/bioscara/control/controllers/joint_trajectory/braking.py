@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from bioscara.control.controllers.joint_trajectory.goal_messages import Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.messages import Point
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
 from bioscara.planning import Sample
 

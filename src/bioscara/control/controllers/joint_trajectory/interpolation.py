@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from bioscara.control.controllers.joint_trajectory.messages import Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import Point
 from bioscara.errors import TrajectoryError
 from bioscara.planning.trajectory.polynomials import Sample, cubic, evaluate, line, quintic
 

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 from bioscara.arguments import number
 from bioscara.control.controllers.joint_trajectory.braking import Braked, deceleration, standstill
+from bioscara.control.controllers.joint_trajectory.goal_conversion import Request
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.errors import GoalRejectedError, LimitError
 from bioscara.planning import Sample
 

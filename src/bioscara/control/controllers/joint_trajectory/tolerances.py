@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.control.controllers.goals import GoalStatus
-from bioscara.control.controllers.joint_trajectory.messages import ErrorCode, Goal, Tolerance
-from bioscara.control.controllers.joint_trajectory.parameters import Constraints
+from bioscara.control.controllers.goal_handle import GoalStatus
+from bioscara.control.controllers.joint_trajectory.goal_messages import ErrorCode, Goal, Tolerance
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import Constraints
 from bioscara.planning import Sample
 
 ERASE = -1.0

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from bioscara.arguments import items, shown
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.drivers.joint.homing import check_current, check_sensitivity
 from bioscara.errors import HomingError, InvalidArgumentError, LifecycleError
 from bioscara.model.parameters import JOINTS

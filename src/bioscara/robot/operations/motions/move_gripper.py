@@ -6,7 +6,7 @@ import threading
 from contextlib import suppress
 
 from bioscara.arguments import number
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_messages import (
     GripperGoal,
     GripperGoalHandle,

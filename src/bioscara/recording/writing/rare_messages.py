@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from bioscara.api.messages import Event, TrajectoryValue
-from bioscara.recording.writing.frames import Transform
+from bioscara.recording.writing.transforms import Transform
 from bioscara.rosbag.cdr import CdrMessage, put_stamp
 from bioscara.rosbag.joint_states import rounded
 from bioscara.rosbag.texts import Level, log_message

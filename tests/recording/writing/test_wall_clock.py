@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bioscara.recording.writing.arm_time import ArmTime
+from bioscara.recording.writing.wall_clock import ArmTime
 
 _SECOND = 10**9
 
