@@ -142,7 +142,7 @@ class RawClient:
         self.records: list[m.GoalCycle] = []
         self.number = 0
         self._answers: dict[int, m.Response | m.RequestFailed] = {}
-        self._frames = framing.Frames(framing.ANSWER_MAX)
+        self._frames = framing.MessageSplitter(framing.ANSWER_MAX)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.socket.settimeout(LIMIT)
         try:

@@ -38,7 +38,7 @@ class SimulatedFault(NamedTuple):
     since: float
 
 
-class Kind(NamedTuple):
+class FaultRange(NamedTuple):
     """What a fault needs.
 
     Attributes:
@@ -57,20 +57,20 @@ class Kind(NamedTuple):
 
 
 FAULTS = {
-    "reset": Kind(True, off=math.nan),
-    "power": Kind(True, off=1.0),
-    "hang": Kind(True),
-    "overheat": Kind(True),
-    "freeze_encoder": Kind(True),
-    "obstacle": Kind(True, -10.0, 10.0, "rad or m", math.nan),
-    "clear_obstacles": Kind(True, off=math.nan),
-    "push": Kind(True, -1000.0, 1000.0, "N m or N"),
-    "motor_power": Kind(False, off=1.0),
-    "brown_out": Kind(False, 0.01, 10.0, "s", math.nan),
-    "bus_flips": Kind(False, 0.0, 1e-2),
-    "bus_loss": Kind(False),
-    "bus_stuck": Kind(False),
-    "clear": Kind(False, off=math.nan),
+    "reset": FaultRange(True, off=math.nan),
+    "power": FaultRange(True, off=1.0),
+    "hang": FaultRange(True),
+    "overheat": FaultRange(True),
+    "freeze_encoder": FaultRange(True),
+    "obstacle": FaultRange(True, -10.0, 10.0, "rad or m", math.nan),
+    "clear_obstacles": FaultRange(True, off=math.nan),
+    "push": FaultRange(True, -1000.0, 1000.0, "N m or N"),
+    "motor_power": FaultRange(False, off=1.0),
+    "brown_out": FaultRange(False, 0.01, 10.0, "s", math.nan),
+    "bus_flips": FaultRange(False, 0.0, 1e-2),
+    "bus_loss": FaultRange(False),
+    "bus_stuck": FaultRange(False),
+    "clear": FaultRange(False, off=math.nan),
 }
 """The faults, and the two that end others: ``clear_obstacles`` of a joint, and ``clear`` all."""
 

@@ -70,7 +70,7 @@ _SIZE_MAX = {
 }
 
 
-class Frame(NamedTuple):
+class Packet(NamedTuple):
     """One frame.
 
     Attributes:
@@ -101,7 +101,7 @@ def encode_frame(kind: FrameKind, sequence: int, body: bytes = b"") -> bytes:
     return _HEADER.pack(len(body), kind, sequence) + body
 
 
-def next_frame(buffer: bytearray) -> Frame | None:
+def next_frame(buffer: bytearray) -> Packet | None:
     """Remove the first frame from ``buffer`` and return it; None while it is not complete.
 
     Raises:
@@ -121,10 +121,10 @@ def next_frame(buffer: bytearray) -> Frame | None:
         return None
     body = bytes(buffer[_HEADER.size : end])
     del buffer[:end]
-    return Frame(FrameKind(kind), sequence, body)
+    return Packet(FrameKind(kind), sequence, body)
 
 
-def expect(frame: Frame, kind: FrameKind, sequence: int) -> bytes:
+def expect(frame: Packet, kind: FrameKind, sequence: int) -> bytes:
     """Return the body of ``frame``.
 
     Raises:

@@ -29,7 +29,7 @@ from bioscara.control.limits.tool_speed import ToolSpeedCap
 from bioscara.control.manager.registry import TYPES
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.collision.swept import SLACK
-from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog import JogGenerator, JointVelocity, ToolVelocity
 from bioscara.robot import kinematics_of
 from control.control_stack import BOTH, NAMES, PARAMETERS, World
 from control.scripted_controller import WildParameters
@@ -323,7 +323,7 @@ def test_a_ramp_along_a_wall_after_a_cancel_is_not_braked() -> None:
 def slide(arm: Guarded, velocities: Callable[[int], ToolVelocity], cycles: int) -> Array:
     jog = arm.world.load("jog", JogController.TYPE, joints=NAMES, command_interfaces=BOTH)
     assert isinstance(jog, JogController)
-    jog.jog = Jog(ARM, JOINTS, arm.here, arm.scene)
+    jog.jog = JogGenerator(ARM, JOINTS, arm.here, arm.scene)
     arm.world.switch("jog")
     rows = []
     for cycle in range(cycles):
@@ -378,7 +378,7 @@ def test_jog_takes_over_from_a_stream_towards_a_wall() -> None:
     arm.run(60)
     jog = arm.world.load("jog", JogController.TYPE, joints=NAMES, command_interfaces=BOTH)
     assert isinstance(jog, JogController)
-    jog.jog = Jog(ARM, JOINTS, arm.here, arm.scene)
+    jog.jog = JogGenerator(ARM, JOINTS, arm.here, arm.scene)
     arm.world.switch("jog", off=("position of 4",))
     jog.command(JointVelocity(), arm.now)
     rows = arm.run(150)

@@ -186,7 +186,7 @@ class JsonClient:
     """A client that speaks JSON."""
 
     def __init__(self, hello: bytes | None = None) -> None:
-        self.frames = framing.Frames(framing.ANSWER_MAX)
+        self.frames = framing.MessageSplitter(framing.ANSWER_MAX)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.socket.settimeout(LIMIT)
         self.socket.connect(os.fspath(api_socket()))
@@ -530,7 +530,7 @@ def as_user(uid: int, gid: int, path: Path | None = None) -> str:
                 # The owner may have refused already.
                 with suppress(BrokenPipeError):
                     link.sendall(hello)
-                frames = framing.Frames(framing.ANSWER_MAX)
+                frames = framing.MessageSplitter(framing.ANSWER_MAX)
                 payload = next(frames.feed(link.recv(1 << 16)))
                 message = framing.from_owner.decode(payload)
                 if isinstance(message, m.RequestFailed):

@@ -28,7 +28,7 @@ from bioscara.recording.writing.rare_messages import (
 )
 from bioscara.recording.writing.sample_messages import SampleMessages
 from bioscara.recording.writing.transforms import JointFrame, joint_frames
-from bioscara.recording.writing.wall_clock import ArmTime
+from bioscara.recording.writing.wall_clock import WallClock
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
@@ -84,7 +84,7 @@ class OwnerRecorder:
         self._files = 0
         first = feed.first
         self._cycle, self._now = -1, first.time
-        self._time = ArmTime(first.time)
+        self._time = WallClock(first.time)
         self._begin = self._stamp = self._time.stamp(first.time)
         self._status: ArmStatus | None = None
         self._latched: dict[Topic, bytes] = {}

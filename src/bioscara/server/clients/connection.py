@@ -24,8 +24,8 @@ from bioscara.errors import (
 )
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
+from bioscara.server.clients.arm_service import ArmService
 from bioscara.server.clients.client import Later
-from bioscara.server.clients.served_arm import ServedArm
 
 HELLO_TIMEOUT = 5.0
 """Time in which a client has to introduce itself [s]."""
@@ -190,7 +190,7 @@ class Connection(asyncio.Protocol):
 
     def __init__(
         self,
-        owner: ServedArm,
+        owner: ArmService,
         sessions: Sessions,
         instance: str,
         workers: Workers,
@@ -198,7 +198,7 @@ class Connection(asyncio.Protocol):
     ) -> None:
         self._owner, self._sessions, self._instance = owner, sessions, instance
         self._workers, self._connections = workers, connections
-        self._frames = framing.Frames(framing.HELLO_MAX)
+        self._frames = framing.MessageSplitter(framing.HELLO_MAX)
         self._decode: Callable[[bytes], Any] = framing.from_client.decode
         self._encode: Callable[[Any], bytes] = framing.encode_packed
         self._transport: asyncio.Transport | None = None

@@ -21,7 +21,7 @@ class OwnerStream:
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._reader, self._writer = reader, writer
-        self._frames = framing.Frames(framing.ANSWER_MAX)
+        self._frames = framing.MessageSplitter(framing.ANSWER_MAX)
 
     @classmethod
     async def open(cls, arm: str) -> OwnerStream:

@@ -2,10 +2,10 @@
 
 Begin with ``controller``, which combines the others. ``goal_messages`` are its goals and answers,
 ``trajectory_parameters`` its parameters. ``goal_validation`` checks that a goal can be followed,
-``goal_conversion`` makes a trajectory of it, ``upsampling`` smooths bare positions. ``interpolation``
-is the curve through the points, ``sampler`` samples a curve and changes from one to the next
-(``splicing``, ``braking``). ``tolerances`` holds the permitted deviations and evaluates them, ``pid``
-is the velocity controller of a joint, ``interfaces`` holds those of all joints.
+``goal_conversion`` makes a trajectory of it, ``upsampling`` smooths bare positions.
+``interpolation`` is the curve through the points, ``sampler`` samples a curve and changes from one
+to the next (``splicing``, ``braking``). ``tolerances`` holds the permitted deviations and evaluates
+them, ``pid`` is the velocity controller of a joint, ``interfaces`` holds those of all joints.
 """
 
 from bioscara.control.controllers.goal_handle import GoalStatus as GoalStatus

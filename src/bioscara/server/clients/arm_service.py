@@ -24,7 +24,7 @@ class NumberedEvents(Protocol):
         """Return an event as bytes for the socket."""
 
 
-class ServedArm(Protocol):
+class ArmService(Protocol):
     """An arm behind a socket; all methods are called in the thread of the requests.
 
     Attributes:
