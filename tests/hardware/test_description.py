@@ -58,7 +58,7 @@ def param(name: str, value: str) -> str:
 
 
 WRONG = [
-    # old, new, what the message must say; the first occurrence is that of j1 or the gripper.
+    # old, new, text of the message; the first occurrence is that of j1 or the gripper.
     ("    <joint name=\"j1\">\n      <param",
      "    <gpio name=\"home\"/>\n    <joint name=\"j1\">\n      <param",
      "<gpio> is not read; every interface is one of a joint, home too"),

@@ -181,7 +181,7 @@ def test_no_arm_behind_a_socket_names_the_command(path: Path) -> None:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Let SIGINT interrupt: a shell starts what runs in the background with it ignored."""
+    """Let SIGINT interrupt: a shell starts background programs with it ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

@@ -170,11 +170,11 @@ A frame has at most 13 bytes after its address byte. Of damage to it the CRC det
 - every burst of up to 8 bits;
 - 99.2 % of the errors of four bits, and 255 of 256 frames of noise.
 
-What passes the CRC has to be of a known register, its exact length, finite and within the limits of
-its fields before it is executed. A copy of a frame is recognised while its sequence number is among
-the last 128; one that is older counts as new. There is no secret in a frame: the check is against
-noise on the wires, and everything that can write to the bus can move the arm. Version 1 has no
-check at all.
+A frame that passes the CRC is executed only if it is of a known register, has its exact length, and
+is finite and within the limits of its fields. A copy of a frame is recognised while its sequence
+number is among the last 128; one that is older counts as new. There is no secret in a frame: the
+check is against noise on the wires, and everything that can write to the bus can move the arm.
+Version 1 has no check at all.
 """
 
 

@@ -1,4 +1,4 @@
-"""Encoded messages are what they were made of, as the decoder of mcap-ros2-support reads them."""
+"""Encoded messages have their original values, as the decoder of mcap-ros2-support reads them."""
 
 from __future__ import annotations
 

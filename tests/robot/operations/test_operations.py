@@ -1,4 +1,4 @@
-"""What a user sees of an operation, whichever thread steps it: the caller's own or the arm's."""
+"""An operation as its user sees it, whichever thread steps it: the caller's own or the arm's."""
 
 from __future__ import annotations
 

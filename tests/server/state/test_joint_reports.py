@@ -1,4 +1,4 @@
-"""What an owner knows of its joints, and when it reads their counters."""
+"""The reports of joints at an owner, and when it reads their counters."""
 
 from __future__ import annotations
 

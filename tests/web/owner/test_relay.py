@@ -1,4 +1,4 @@
-"""The WebSocket: what it lets through, and how it ends."""
+"""The WebSocket: the messages that it passes, and its ends."""
 
 from __future__ import annotations
 
