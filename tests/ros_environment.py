@@ -46,7 +46,7 @@ def ros_python() -> Path:
 
 
 def absent(what: str) -> NoReturn:
-    """Skip a test for what this computer does not have; fail where it must have that, as in CI."""
+    """Skip a test for a missing part of this computer; fail where it must have that, as in CI."""
     if os.environ.get("CI") and platform.machine() == "x86_64":
         pytest.fail(f"not to be skipped in CI: {what}")
     pytest.skip(what)

@@ -24,7 +24,7 @@ PAGE, SCHEMA = ROOT / "docs/api.md", ROOT / "docs/api.schema.json"
 _HEAD = """# Messages of an owner
 
 Generated from `src/bioscara/api/messages.py` by `make generate`; [the JSON Schema](api.schema.json)
-has the same. Version {version}. [The owner and its clients](server.md) has what they mean together.
+has the same. Version {version}. [The owner and its clients](server.md) explains their use.
 
 Every message on the Unix socket is four bytes with its length, highest first, and then msgpack; or
 JSON, if the first message of the client is JSON. A message is a map whose `kind` names it.
@@ -32,10 +32,10 @@ JSON, if the first message of the client is JSON. A message is a map whose `kind
 """
 _GROUPS = (
     ("From a client", "FromClient"),
-    ("Commands: what a request asks for", "AnyCommand"),
-    ("Tasks: what a goal does", "AnyTask"),
+    ("Commands, one in each request", "AnyCommand"),
+    ("Tasks, one for each goal", "AnyTask"),
     ("From the owner", "FromOwner"),
-    ("Results: what a response holds", "AnyResult"),
+    ("Results, one in each response", "AnyResult"),
 )
 _VALUES = "Values within messages"
 

@@ -22,7 +22,7 @@ class Answers final : public Hal {
   // A driver whose reset flag is cleared by reading, not by writing ones.
   bool reset_flag = false;
   std::uint8_t asked = 0;
-  // What the driver's registers were last set to.
+  // The last values of the driver's registers.
   std::map<int, std::uint32_t> written;
 
   std::uint32_t micros() override { return 0; }

@@ -125,7 +125,7 @@ def items(
     Args:
         what: Name of the values in the error.
         values: The passed values.
-        remedy: What to pass instead.
+        remedy: The value to pass instead.
         error: Exception to raise if they cannot be used.
 
     Raises:

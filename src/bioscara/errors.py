@@ -261,9 +261,9 @@ class JointError(BioscaraError):
     """The state of a joint forbids the operation.
 
     Attributes:
-        what: What happened.
+        what: The event.
         joint: Name of the joint.
-        remedy: What to do when using this joint alone; the remedy for the whole arm differs.
+        remedy: The remedy when using this joint alone; the remedy for the whole arm differs.
     """
 
     code = -210

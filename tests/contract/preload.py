@@ -68,7 +68,7 @@ class PreloadedBus(Bus):
         )
 
     def call(self, name: str, *arguments: object) -> object:
-        """Call a function of the process, see there; raises what it raises."""
+        """Call a function of the process, see there; with its exceptions."""
         process = self._process
         assert process.stdin is not None
         assert process.stdout is not None

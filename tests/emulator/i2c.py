@@ -33,7 +33,7 @@ class Phase(Enum):
 
 class I2c(Peripheral):
     """The target. The lines belong to :mod:`emulator.controller`, which calls `start`, `clock`
-    and `stop`, asks `sda` what the target drives, and waits while it is `stretching`."""
+    and `stop`, reads the driven level from `sda`, and waits while it is `stretching`."""
 
     plain: ClassVar[dict[int, int]] = dict.fromkeys((_CR1, _CR2, _OAR1, _OAR2, 0x1C, 0x24), 0) | {
         0x20: 2
@@ -91,7 +91,7 @@ class I2c(Peripheral):
 
     @property
     def sda(self) -> int:
-        """What the target puts on SDA for the bit to come; 1 where it lets go."""
+        """Level of SDA that the target drives for the next bit; 1 where it lets go."""
         if not self.enabled:
             return 1
         if self.phase is Phase.TRANSMIT and self._bits < 8 and self._next is not None:

@@ -14,7 +14,7 @@ FIRMWARE = Path(__file__).parents[2] / "firmware"
 
 @pytest.fixture(scope="session")
 def images() -> str:
-    """Build the images as ``make firmware`` does; return what the build printed."""
+    """Build the images as ``make firmware`` does; return the output of the build."""
     if shutil.which("make") is None or shutil.which("arm-none-eabi-g++") is None:
         pytest.skip(
             "make and arm-none-eabi-g++ build the images (Debian: gcc-arm-none-eabi, "

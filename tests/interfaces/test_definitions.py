@@ -84,7 +84,7 @@ FIELDS = {
     },
 }
 
-# What each client imports.
+# Imports of each client.
 CLIENTS = {
     "spawner, unspawner, ros2 control": [
         f"controller_manager_msgs/srv/{name}"

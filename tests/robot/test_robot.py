@@ -379,7 +379,7 @@ def test_a_late_host_during_homing_is_not_reported_as_a_blocked_joint(scene: Sce
 
     def late(_: object) -> None:
         if next(cycles) == 60:
-            # Longer than the joint waits, shorter than what the loop takes for a lost cycle.
+            # Longer than the joint waits, shorter than the limit for a lost cycle.
             scene.arm.run(0.058)
 
     with pytest.raises(HomingError, match=r"SETPOINT_LOST.*find out why the host stopped"):

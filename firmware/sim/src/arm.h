@@ -15,7 +15,7 @@ enum class Outcome : std::uint8_t { OK, NO_ACKNOWLEDGE, TIMEOUT };
 struct Timing {
   // 0 for a bus that takes no time.
   double frequency = 100e3;
-  // What the host adds to each transaction [s].
+  // Overhead of the host for each transaction [s].
   double overhead = 105e-6;
 };
 

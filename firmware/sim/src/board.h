@@ -1,4 +1,4 @@
-// One joint's board: the firmware on its controller, both chips, the motor and what it moves.
+// One joint's board: the firmware on its controller, both chips, the motor and its load.
 #pragma once
 
 #include <cstdint>

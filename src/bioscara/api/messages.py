@@ -36,7 +36,7 @@ NAME_MAX = 64
 """Longest name of a client, and of a session [characters]."""
 
 OnLeaseLoss = Literal["stop", "finish"]
-"""What a goal does when the lease of its client lapses."""
+"""Reaction of a goal when the lease of its client lapses."""
 
 
 class ApiMessage(msgspec.Struct, frozen=True, tag_field="kind", tag=True):
@@ -141,7 +141,7 @@ class FaultValue(Value, frozen=True):
 
 
 class JointCounters(Value, frozen=True):
-    """What a joint has counted since its boot, and its latched fault.
+    """Counters of a joint since its boot, and its latched fault.
 
     Attributes:
         fault: Name of its first fault since cleared, as ``STALL``; ``NONE`` without one.
@@ -176,7 +176,7 @@ class JointValue(Value, frozen=True, kw_only=True):
         halted: Why it takes no commands until a recovery; empty while it does.
         hot: Whether its motor driver switched off because of its temperature; null if unknown.
         retries: Exchanges that the host repeated since it began.
-        counters: What it counted; null if its firmware counts nothing, or they were never read.
+        counters: Its counters; null if its firmware counts nothing, or they were never read.
     """
 
     name: str
@@ -216,7 +216,7 @@ class GoalValue(Value, frozen=True):
 
     Attributes:
         goal: Its number, counted from 1 since the owner began.
-        name: What it does, as ``move_to()``.
+        name: Name of its task, as ``move_to()``.
         client: Name of its client.
         status: ``waiting``, ``running``, ``paused``, ``stopping``, ``succeeded``, ``cancelled`` or
             ``failed``.
@@ -257,7 +257,7 @@ class LeaseValue(Value, frozen=True):
     remaining: float
 
 
-# Tasks: what a goal does.
+# Tasks, one for each goal.
 
 
 class Task(ApiMessage, frozen=True, forbid_unknown_fields=True):
@@ -637,7 +637,7 @@ class Start(Command, frozen=True, kw_only=True, tag="start"):
     """Begin a goal; answered by :class:`Accepted`. Its end is an event, and :class:`GetGoal`.
 
     Attributes:
-        task: What it does.
+        task: Its task.
         timeout: Longest duration; null for no limit.
         on_lease_loss: Whether it is stopped or finishes when the lease of its client lapses.
         records: Whether the client gets a :class:`GoalCycle` at the end of each control cycle.
@@ -1167,7 +1167,7 @@ class GetLog(Command, frozen=True, tag="get_log"):
 
 
 class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
-    """Choose what the owner sends without being asked; answered by :class:`Done`.
+    """Choose the samples and events that the owner sends; answered by :class:`Done`.
 
     Attributes:
         states: Whether to send state samples; a slow reader gets the latest, never a queue.
@@ -1391,7 +1391,7 @@ class WorkspaceState(Result, frozen=True, kw_only=True, tag="workspace_state"):
         table: The tools, poses and frames.
         tool: The mounted tool.
         reduced_speed: Whether the tool keeps to 250 mm/s.
-        load: What it carries, or null.
+        load: The carried load, or null.
         widths: Smallest and largest width that the jaws may have.
     """
 

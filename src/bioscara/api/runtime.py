@@ -228,7 +228,7 @@ def lock_file(path: Path, content: dict[str, object]) -> int | None:
 
     Args:
         path: The file.
-        content: What it says.
+        content: Its content.
 
     Returns:
         The opened file; None if another process has it.
@@ -248,7 +248,7 @@ def lock_file(path: Path, content: dict[str, object]) -> int | None:
 
 
 def locked_content(path: Path) -> dict[str, object] | None:
-    """Return what a file of :func:`lock_file` says; None if no process has it, or it is no such."""
+    """Return the content of a file of :func:`lock_file`; None if no process has locked it."""
     try:
         file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     except OSError:

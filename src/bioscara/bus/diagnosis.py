@@ -62,7 +62,7 @@ def transfer_error(error: OSError, path: str, address: int) -> CommunicationErro
 
 
 def open_error(error: OSError, path: str) -> BusUnavailableError:
-    """Return why the device could not be opened and what to do about it.
+    """Return why the device could not be opened, and the remedy.
 
     Args:
         error: Exception of opening it or of reading its functions.

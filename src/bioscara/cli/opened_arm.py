@@ -125,7 +125,7 @@ def require_acknowledgement(robot: Robot, options: Options) -> None:
         options: Parsed options.
 
     Raises:
-        FaultedError: There are faults; names them, what to do and the command to continue.
+        FaultedError: There are faults; names them, the remedy and the command to continue.
     """
     if options.acknowledge or not robot.faults:
         return

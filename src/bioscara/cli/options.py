@@ -52,7 +52,7 @@ class Options(argparse.Namespace):
         socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
         port: TCP port of the 3D view, or of the web gateway.
-        source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
+        source: Source of the 3D view: a run folder, a trajectory file or a running simulated arm;
             None for sliders, or with a target.
         action: Action on poses, tools or recordings.
         force: Whether to replace a pose or tool of the same name.

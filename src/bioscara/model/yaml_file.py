@@ -32,7 +32,7 @@ class YamlFile:
         source: Name of the file in errors.
 
     Attributes:
-        values: What the text says; for ``Checked.checked``.
+        values: Content of the text; for ``Checked.checked``.
 
     Raises:
         ConfigurationError: It is no YAML, or larger than the bounds above.

@@ -71,7 +71,7 @@ class Flags(IntFlag):
 
 
 class JointState(IntEnum):
-    """What the joint is doing, in STATE."""
+    """Activity of the joint, in STATE."""
 
     DISABLED = 0
     HOLDING = 1
@@ -135,7 +135,7 @@ class Refusal(IntEnum):
     """The session is armed: a motion command without trailer is not accepted."""
     NOT_FINITE = 7
     OUT_OF_RANGE = 8
-    """A value is outside what the register takes, or a setpoint too far from the last one."""
+    """A value is outside the range of the register, or a setpoint too far from the last one."""
     NOT_ENABLED = 9
     STALLED = 10
     BUSY = 11
@@ -168,7 +168,7 @@ class ResetCause(IntEnum):
 
 
 class Capability(IntFlag):
-    """What the firmware can do beyond version 1, in HELLO."""
+    """Abilities of the firmware beyond version 1, in HELLO."""
 
     TRACK = 0x01
     TWO_TOUCH_HOMING = 0x02
@@ -181,7 +181,7 @@ class Capability(IntFlag):
 
 
 class BrakeMode(IntEnum):
-    """What the motor does at standstill when its hold current is zero."""
+    """Behaviour of the motor at standstill when its hold current is zero."""
 
     FREEWHEEL = 0
     COOL_BRAKE = 1

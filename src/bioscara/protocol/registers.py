@@ -1,7 +1,7 @@
 """The register table: the one place that knows what travels on the wire.
 
 From it come the codec, the C++ header of the firmware and docs/protocol.md. Version 1 rows are
-fixed for life: they are what the joints on existing arms answer. Motor units stay on the wire
+fixed for life: they are those of the joints on existing arms. Motor units stay on the wire
 (degrees and rpm of the motor shaft, percent); :mod:`bioscara.drivers` converts.
 """
 

@@ -1,4 +1,4 @@
-"""Names of what a recording contains, for the writer and the reader."""
+"""Names of the contents of a recording, for the writer and the reader."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ _ANSWER_TIMEOUT = 60.0
 """Longest time to wait for an answer [s]: planning takes a second at most."""
 _CHUNK = 1 << 16
 _TRIES = 5
-"""How often a request is sent whose connection breaks each time: it may be what breaks it."""
+"""How often a request is sent whose connection breaks each time: it may be the cause."""
 _SEND_TIMEOUT = struct.pack("@ll", int(PATIENCE), 0)
 """Time in which an owner has to take a part of a request, as a ``struct timeval``."""
 
@@ -95,7 +95,7 @@ class OwnerLink:
         name: Name of the owner.
         receive: Called in the link's thread with each event, sample and record; must return at
             once.
-        lost: Called there when the owner has ended or was restarted: what it did is over.
+        lost: Called there when the owner has ended or was restarted, and its goals with it.
         events_after: Number after which events are received; None for new ones only.
 
     Attributes:

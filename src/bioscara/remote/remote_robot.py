@@ -69,7 +69,7 @@ class RemoteRobot:
     """An arm that another process owns, with the interface of :class:`bioscara.Robot`.
 
     Created by ``Robot.connect("arm:NAME")``. :meth:`open` connects to the owner, and nothing moves;
-    :meth:`close` stops what this program began and leaves the arm as it is. The first command takes
+    :meth:`close` stops the program's motions and leaves the arm as it is. The first command takes
     the lease: only one program commands the arm at a time, any may look and :meth:`stop`. Errors
     are those of a robot; also OwnerLostError, and LeaseError where another program commands the
     arm or has stopped it.
@@ -129,7 +129,7 @@ class RemoteRobot:
         return self
 
     def close(self) -> None:
-        """Stop what this program began, give the lease back and disconnect."""
+        """Stop the motions of this program, give the lease back and disconnect."""
         if not self._opened or self._closed:
             self._closed = True
             return
@@ -153,7 +153,7 @@ class RemoteRobot:
         self.close()
 
     def shutdown(self) -> list[str]:
-        """Stop what this program began; the joints stay as the owner has them. Return nothing."""
+        """Stop the program's motions; the joints stay as the owner has them. Return nothing."""
         for operation in list(self._operations.values()):
             operation.cancel()
             operation.wait()
@@ -185,7 +185,7 @@ class RemoteRobot:
         self._lease.acquire(force=flag("force", force))
 
     def release_lease(self) -> None:
-        """Let other programs command the arm; what this one began is stopped."""
+        """Let other programs command the arm; the motions of this one are stopped."""
         self._require_open()
         self._lease.release()
 
@@ -339,7 +339,7 @@ class RemoteRobot:
         """Let a simulated arm fail.
 
         Args:
-            fault: What fails; docs/api.md has the names, at ``simulate_fault``.
+            fault: Name of the fault; docs/api.md has the names, at ``simulate_fault``.
             joint: The joint; empty for faults of the whole arm.
             value: Whether it is on, 1 or 0; the position of an obstacle [rad or m]; the torque
                 [N m] or, on ``j2``, the force [N] of a push; docs/simulation.md has the others.
@@ -458,7 +458,7 @@ class RemoteRobot:
 
     @property
     def load(self) -> Load | None:
-        """What the tool carries, or None."""
+        """The carried load, or None."""
         return self.workspace.load
 
     def attach(self, load: Load) -> None:
@@ -863,7 +863,7 @@ class RemoteRobot:
                     self._operations.pop(operation.goal, None)
 
     def _receive(self, message: m.FromOwner) -> None:
-        """Take what the owner sends without being asked; called in the link's thread."""
+        """Take the messages that are no answers; called in the link's thread."""
         if isinstance(message, m.Event):
             self._lease.note(message)
             if message.what == "gap":

@@ -336,7 +336,7 @@ class Arm:
         """Begin the cycles anew after a time without them, unless the arm is moving.
 
         Args:
-            operation: What took that time; another operation may move the arm.
+            operation: The operation that took that time; another operation may move the arm.
         """
         others = [each for each in self._operations if each is not operation]
         if not any(Device.ARM in other.devices for other in others):

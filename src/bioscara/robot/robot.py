@@ -280,7 +280,7 @@ class Robot:
 
     @property
     def arm(self) -> Arm:
-        """What runs the operations of this robot, for programs that have their own ones."""
+        """The arm that runs the operations of this robot, for programs that have their own ones."""
         return self._arm
 
     def watch(self, *, priority: int | None = None, speed: float = 1.0) -> None:
@@ -479,7 +479,7 @@ class Robot:
 
     @property
     def load(self) -> Load | None:
-        """What the tool carries, or None."""
+        """The carried load, or None."""
         return self._arm.workspace.load
 
     def attach(self, load: Load) -> None:

@@ -30,7 +30,7 @@ def log_message(
     Args:
         stamp: Its time [ns].
         level: Its level.
-        name: What it is about, such as an arm.
+        name: Its subject, such as an arm.
         text: A sentence.
         file: Place of its origin.
         function: Place in that.

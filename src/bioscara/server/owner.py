@@ -264,7 +264,7 @@ class Owner:
 
     def _after_cycle(self) -> None:
         self._posted = False
-        # First, as this is what clients wait for.
+        # First, as clients wait for this.
         self.changed(True)
         self.expire()
         # Clients that see an end see the state after it.

@@ -105,7 +105,7 @@ async def serve(
         try:
             await asyncio.to_thread(robot.close)
         finally:
-            # What the last cycles have posted comes first.
+            # Posts of the last cycles come first.
             await asyncio.sleep(0.0)
             owner.report_ended()
             # Last, so that a recorder gets the end of the last goal.

@@ -1,4 +1,4 @@
-"""The file with the named poses, tools and frames: what clients teach survives the owner."""
+"""The file with the named poses, tools and frames: those that clients teach survive the owner."""
 
 from __future__ import annotations
 

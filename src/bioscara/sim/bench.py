@@ -1,4 +1,4 @@
-"""The bench of a simulated arm: faults that a person switches on to see what the software does.
+"""The bench of a simulated arm: faults that a person switches on to see the reactions to them.
 
 Each is applied to the arm or to its bus, ends after a time or can be switched off, and is listed
 while it lasts, so that a client that connects later sees the cause in the arm.
@@ -39,7 +39,7 @@ class SimulatedFault(NamedTuple):
 
 
 class FaultRange(NamedTuple):
-    """What a fault needs.
+    """Values that a fault takes.
 
     Attributes:
         of_joint: Whether it concerns one joint.

@@ -85,7 +85,7 @@ class Packet(NamedTuple):
 
 
 class ArmState(NamedTuple):
-    """True state of a simulated arm, independent of what its joints measure.
+    """True state of a simulated arm, independent of the measurements of its joints.
 
     Attributes:
         time: Simulated time [s].

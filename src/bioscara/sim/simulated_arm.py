@@ -109,7 +109,7 @@ class SimulatedArm:
         """Carry out transactions; an int stands for 1 no acknowledge, 2 timeout."""
         return self._arm.transfer(transactions)
 
-    # True state, independent of what the firmware measures.
+    # True state, independent of the firmware's measurements.
 
     def position(self, joint: str) -> float:
         """Return the true position of the joint [rad or m]."""

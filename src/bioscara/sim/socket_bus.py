@@ -29,7 +29,7 @@ _RECEIVE = 2**16
 
 
 class ServedClock:
-    """The arm's time, as its host knows it: real time, less what it has stood still.
+    """The arm's time, as its host knows it: real time, less its standstills.
 
     It stands still while the thread that uses the bus is late because other programs have the
     processors: for the arm such a delay does not take place. A thread that is stopped, or takes

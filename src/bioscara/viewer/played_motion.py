@@ -20,7 +20,7 @@ class PlayedMotion:
     """A motion of j1 to j4; between two rows the joints move at constant speed.
 
     Attributes:
-        title: What it is, in words.
+        title: A description.
         times: Times of the rows, not decreasing [s], shape (n,), n at least 1.
         positions: Positions of the joints [rad, m, rad, rad], shape (n, 4).
         phases: The part of the motion that each row belongs to; empty strings if it has no parts.
@@ -45,7 +45,7 @@ class PlayedMotion:
         """Sample a trajectory.
 
         Args:
-            title: What it is, in words.
+            title: A description.
             trajectory: For some or all of the joints.
             names: Names of j1 to j4.
             elsewhere: Positions of the joints that it does not name [rad, m, rad, rad].

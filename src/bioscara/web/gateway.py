@@ -180,7 +180,7 @@ class _TimedHttp(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin, with a limited time."""
         super().connection_made(transport)
-        # Also of the WebSocket that it may become: what waits can still be replaced before this.
+        # Also of the WebSocket that it may become: waiting samples can be replaced before this.
         # Not 0, with which asyncio's TLS pauses for an empty buffer, too.
         transport.set_write_buffer_limits(high=1)
         self._first = self.loop.call_later(_REQUEST_TIMEOUT, self._give_up)
@@ -197,7 +197,7 @@ class _TimedHttp(H11Protocol):
 
 
 def _is_error(record: logging.LogRecord) -> bool:
-    """Leave out what uvicorn takes for an error: a WebSocket that was answered with a refusal."""
+    """Leave out the record that uvicorn makes of a WebSocket that was answered with a refusal."""
     return record.msg != "ASGI callable returned without completing handshake."
 
 

@@ -1,4 +1,4 @@
-"""What the routes of a gateway need to know."""
+"""Settings of the routes of a gateway."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bioscara.web.access.tokens import Tokens
 
 @dataclass(frozen=True, slots=True)
 class WebSettings:
-    """What the routes need to know.
+    """Values that the routes need.
 
     Attributes:
         arm: Name of the owner.

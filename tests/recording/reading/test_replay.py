@@ -1,4 +1,4 @@
-"""A recording that is served shows every client what the owner showed, and obeys none."""
+"""A recording that is served answers every client as the owner did, and obeys none."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ using stm32::Adc;
 using stm32::AdcCommon;
 using stm32::Rcc;
 
-// Not set up at start: what it holds outlives a reset without loss of power.
+// Not set up at start: its content outlives a reset without loss of power.
 struct BootRecord {
   uint32_t mark;
   uint16_t boot;

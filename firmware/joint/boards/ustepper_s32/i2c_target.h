@@ -11,7 +11,7 @@ namespace bioscara {
 
 class I2cTarget {
  public:
-  // Longest frame that is kept; what a controller writes beyond it is dropped: such a frame is
+  // Longest frame that is kept; bytes beyond it are dropped: such a frame is
   // too long for every register anyway.
   static constexpr size_t kFrameMost = 32;
   // Of both interrupts: above the control tick, and equal so that they do not nest.
@@ -55,7 +55,7 @@ class I2cTarget {
   // Interrupts in a row that found nothing to do.
   uint8_t idle_interrupts_ = 0;
 
-  // The tick's own: what it last saw of `events_`, for how many ticks, and whether the bus has hung
+  // The tick's own: the last value of `events_`, for how many ticks, and whether the bus has hung
   // since that was counted.
   uint8_t seen_ = 0;
   uint8_t still_ = 0;

@@ -7,7 +7,7 @@
 
 namespace bioscara {
 
-// Whether the flash holds what the linker and seal.py made: false after an interrupted flashing.
+// Whether the flash holds the sealed image: false after an interrupted flashing.
 bool image_intact();
 
 // A number derived from the content of memory at power-up. Call before memory is set up.

@@ -29,7 +29,7 @@ using stm32::Rcc;
 
 using Handler = void (*)();
 
-// What the stack is filled with: the deepest word that is something else is its high-water mark.
+// Pattern that fills the stack: the deepest word with another value is its high-water mark.
 constexpr uint32_t kPaint = 0xC5C5C5C5;
 
 struct VectorTable {

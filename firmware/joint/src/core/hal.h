@@ -1,4 +1,4 @@
-// What a board must provide: the complete list. The core calls nothing else.
+// The functions that a board must provide: the complete list. The core calls nothing else.
 #pragma once
 
 #include <stddef.h>

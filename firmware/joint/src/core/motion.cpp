@@ -16,7 +16,7 @@ constexpr float kCreep = 200.0F;
 constexpr float kReserve = 1.15F;
 // Share of the acceleration that may go into catching up.
 constexpr float kCatchUp = 0.5F;
-// Half of what the driver's counter holds, 20000 turns.
+// Half of the range of the driver's counter, 20000 turns.
 constexpr float kFarthest = 1e9F;
 
 int32_t rounded(float position) {

@@ -15,7 +15,7 @@ class Orientation {
   void start(float angle_deg, bool settle, bool known);
   // One tick; `encoder` in steps.
   Result step(Motion& motion, float encoder);
-  // What the encoder saw of the measured stroke [deg].
+  // The measured stroke as the encoder saw it [deg].
   float seen_deg() const { return seen_ / kStepsPerDegree; }
 
  private:

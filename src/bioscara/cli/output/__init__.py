@@ -1,4 +1,4 @@
-"""What a command shows and writes: messages, live display and recording of a motion, plots.
+"""The output of a command: messages, live display and recording of a motion, plots.
 
 ``console`` has standard output, error messages and the exit status. ``observer`` receives the
 cycles of a motion in a separate thread, records them and passes them to the display that

@@ -1,4 +1,4 @@
-"""What the keys of ``bioscara jog`` mean: velocities while one is held, or steps."""
+"""The keys of ``bioscara jog``: velocities while one is held, or steps."""
 
 from __future__ import annotations
 

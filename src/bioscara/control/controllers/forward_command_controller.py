@@ -90,7 +90,7 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
             handle.value = self._approached(handle, value, period)
 
     def _approached(self, handle: CommandInterface, value: float, period: float) -> float:
-        """Return the next position on the way to a command; the limiter brakes to a lower speed."""
+        """Return the next position towards a command; the limiter brakes to a lower speed."""
         limits, here = self.limits.get(handle.joint), handle.value
         if self.share >= 1.0 or limits is None or not math.isfinite(here):
             return value

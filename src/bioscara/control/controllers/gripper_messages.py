@@ -30,7 +30,7 @@ class GripperFeedback(NamedTuple):
 
     Attributes:
         time: Begin of the cycle [s].
-        position: Width between the jaws [m], limited to what they can have reached by then.
+        position: Width between the jaws [m], limited to the reachable one at that time.
         velocity: As measured [m/s].
         quality: Reliability of these values.
     """

@@ -92,7 +92,7 @@ def _refuse_other_kind(path: str, text: str) -> None:
     """Refuse the other files of an arm that are YAML, which no message can be.
 
     Raises:
-        TrajectoryError: It is one of them; says what to do with it.
+        TrajectoryError: It is one of them; names the option to use.
     """
     found = _TOP_LEVEL.search(text)
     if found is None:

@@ -283,7 +283,7 @@ class JogGenerator:
             return None
 
     def _rate_limited(self, command: Sequence[float], ahead: Sequence[float]) -> Sequence[float]:
-        """Return the command, its change bounded to what the joints can follow.
+        """Return the command, its change bounded to one that the joints can follow.
 
         Components decrease as fast as the joints can. They increase gently, and rest before they
         reverse: a load that breaks away from its friction swings.

@@ -15,7 +15,7 @@ from bioscara.planning.trajectory.validation import check
 def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     """Return the same path with ``factor`` times the duration.
 
-    Velocities become 1/factor, accelerations 1/factor^2 of what they were.
+    Velocities become 1/factor, accelerations 1/factor^2 of the former ones.
     """
     velocities, accelerations = trajectory.velocities, trajectory.accelerations
     cubic = velocities is not None and accelerations is None

@@ -1,4 +1,4 @@
-"""What a recording contains, in words."""
+"""The contents of a recording, in words."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Contents:
         path: The recording.
 
     Attributes:
-        scan: What else was read.
+        scan: The result of reading it.
         counts: Number of messages, by topic.
         begin: Time of the first message [ns]; 0 if there is none.
         end: Time of the last one [ns].

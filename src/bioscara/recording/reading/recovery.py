@@ -71,7 +71,7 @@ def recover(path: Path, out: Path | None = None) -> Recovery:
 
 
 class _Copy:
-    """Writes what a scan finds."""
+    """Writes the messages that a scan finds."""
 
     def __init__(self, writer: Writer, scan: FileScan) -> None:
         self._writer, self._scan = writer, scan

@@ -57,7 +57,7 @@ _NOTHING: dict[type[m.Command], m.AnyResult] = {
     m.ListControllers: m.ControllerList((), (), ()),
     m.ListFlightRecords: m.FlightRecordList(()),
 }
-"""Answers to questions about what a recording does not have."""
+"""Answers to questions about data that a recording does not have."""
 
 
 class RecordedEvents:

@@ -37,7 +37,7 @@ _UNREADABLE = (
     OverflowError,
     MemoryError,
 )
-"""What the library raises for bytes that are no record."""
+"""Exceptions of the library for bytes that are no record."""
 
 
 class StoredMessage(NamedTuple):
@@ -70,7 +70,7 @@ class FileScan:
         attachments: In their order.
         complete: Whether the file was finished.
         size: Size up to the end of the last complete record [byte].
-        damage: What could not be used, other than a missing end.
+        damage: The unusable parts, other than a missing end.
     """
 
     profile: str = ""

@@ -115,7 +115,7 @@ class ArmFeed:
         if isinstance(message, m.StateSample):
             self._items.append(message)
         elif isinstance(message, m.Event) and message.number > self._last_event:
-            # A repeated subscription repeats the events that were under way.
+            # A repeated subscription repeats the events that were being sent.
             self._last_event = message.number
             self._items.append(message)
             if message.number > self._link.welcome.last_event:

@@ -1,4 +1,4 @@
-"""Files of what one run of an owner says about its arm."""
+"""Files with the data of one run of an owner."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class OwnerRecorder:
         self._attachments: dict[str, tuple[str, str]] = {}
         self._messages = SampleMessages(first.names, self._describe(first.names))
         self._flushed = self._synced = time.monotonic()
-        # No file yet: what holds at the begin is kept for the begin of each file.
+        # No file yet: these values are kept for the begin of each file.
         for item in (first, *feed.standing):
             self._write(item)
 
@@ -232,7 +232,7 @@ class OwnerRecorder:
         self._add(Topic.LOG, event_message(event, self._feed.description.name, stamp), stamp, stamp)
 
     def _next_file(self) -> RecordingFile:
-        """Begin a file with what holds at its begin.
+        """Begin a file with the values that hold at its begin.
 
         Raises:
             RecordingError: There is no room for it.

@@ -11,7 +11,7 @@ _SAME_PACE = 1e-2
 
 
 class WallClock:
-    """Adds to the arm's times what the wall clock was ahead when the recording began.
+    """Adds to the arm's times the lead of the wall clock when the recording began.
 
     Times that belong together stay together: a step of the wall clock while a file is written
     changes nothing in it. A simulation that is faster than real time stays in its own time.

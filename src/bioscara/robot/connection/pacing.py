@@ -50,7 +50,7 @@ class PacedClock:
         if not self._paced:
             return
         if self.speed != self._applied:
-            # Here, in the thread of the loop: what it waits for is never half changed.
+            # Here, in the thread of the loop: its settings are never half changed.
             self._restart()
         due = self._clock.now() / self._applied + self._lead
         behind = self._wall.now() - due

@@ -18,7 +18,7 @@ class BetweenCycles(Operation[T]):
     Args:
         name: Name of the work in messages.
         work: The function.
-        devices: What it uses; nothing for work that only reads.
+        devices: The used devices; none for work that only reads.
     """
 
     def __init__(

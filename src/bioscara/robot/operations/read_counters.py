@@ -15,7 +15,7 @@ from bioscara.robot.operations.operation import Cycles, Operation
 
 
 class Counters(NamedTuple):
-    """What a joint has counted since its boot.
+    """Counters of a joint since its boot.
 
     Attributes:
         report: Its latched fault, and the frames that arrived broken or were refused.

@@ -21,7 +21,7 @@ _APART = 1e-3
 
 
 class Verdict(NamedTuple):
-    """What planning says of a step, or of several that blends join.
+    """Result of planning for a step, or for several that blends join.
 
     Attributes:
         call: The call that carries them out; without a method if it cannot be resolved.
@@ -48,7 +48,7 @@ def dry_run(
 ) -> Iterator[Verdict]:
     """Yield the verdict on each step, up to the first one that is refused.
 
-    What the steps change is taken as done: where the arm is, the width of the jaws, the load.
+    The changes of earlier steps are assumed: where the arm is, the width of the jaws, the load.
 
     Args:
         sequence: The sequence.

@@ -94,7 +94,7 @@ class Step(Checked):
     """Base of the steps.
 
     Attributes:
-        KIND: What a file calls it.
+        KIND: Its name in a file.
     """
 
     KIND: ClassVar[str] = ""
@@ -239,7 +239,7 @@ class LoadBox(Checked):
     max_speed: Annotated[float, Within(SLOWEST, 10.0, "m/s")] | None = None
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what a load may not be."""
+        """Yield the errors of a load."""
         if len(self.touches) > _TOUCHES_MAX:
             yield Problem(f"{len(self.touches)} names, at most {_TOUCHES_MAX}", ("touches",))
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
@@ -301,7 +301,7 @@ KINDS: dict[str, type[Step]] = {
         CloseStep, GraspStep, ReleaseStep, WaitStep,
     )
 }  # fmt: skip
-"""The kinds of steps, by what a file calls them."""
+"""The kinds of steps, by their names in a file."""
 
 
 def _step(values: object) -> object:
@@ -322,7 +322,7 @@ class StepSequence(Checked):
 
     Attributes:
         schema: Version of the schema.
-        title: What it does, for people.
+        title: A description for people.
         tool: Name of the tool that it is for: with another one mounted it is refused.
         steps: The steps.
     """
@@ -368,7 +368,7 @@ def require_tool(sequence: StepSequence, mounted: str) -> None:
     """Raise unless the tool of a sequence is mounted.
 
     Raises:
-        InvalidArgumentError: Another one is; says what to do.
+        InvalidArgumentError: Another one is; names the remedy.
     """
     if sequence.tool != mounted:
         raise InvalidArgumentError(

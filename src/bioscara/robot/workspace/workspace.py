@@ -31,7 +31,7 @@ class Workspace:
         scene: Surroundings to keep clear of, as given.
         surroundings: The scene with the load, and with the widths that the gripper may have now.
         reduced_speed: Whether the tool and its load keep to 250 mm/s.
-        load: What the tool carries, or None.
+        load: The carried load, or None.
     """
 
     parameters: ArmParameters
@@ -67,7 +67,7 @@ class Workspace:
     def commanded_speed(self) -> float:
         """Highest commanded speed of the tool and its load [m/s].
 
-        It is below the limit of the reduced speed by what the joints overshoot; infinite without
+        It is below the limit of the reduced speed by the overshoot of the joints; infinite without
         that limit and that of the load.
         """
         limit = highest_commanded(self.kinematics.overhang) if self.reduced_speed else math.inf

@@ -167,7 +167,7 @@ class _Admission(asyncio.Protocol):
             connection = self._server.admit(transport)
         except BioscaraError as error:
             _log.warning("%s", error)
-            # What it has sent may not be known yet: a refusal is in the usual form of messages.
+            # Its last messages may not be read yet: a refusal is in the usual form of messages.
             transport.write(framing.packed(m.RequestFailed(None, failure_of(error))))
             transport.close()
             return

@@ -1,4 +1,4 @@
-"""What the socket needs of an arm: an owner has it, and so has a recording that is replayed."""
+"""The interface of an arm that the socket needs: that of an owner, or of a replayed recording."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ArmService(Protocol):
 
     @property
     def events(self) -> NumberedEvents:
-        """What happened to it."""
+        """Its events."""
 
     @property
     def sample(self) -> m.StateSample:

@@ -70,7 +70,7 @@ _LONG = (
 """Commands that may take longer."""
 
 AnySample = m.StateSample | m.ControllersSample
-"""What a client may subscribe to."""
+"""The kinds of subscription."""
 
 Answer = m.Response | m.RequestFailed
 
@@ -180,7 +180,7 @@ class Connection(asyncio.Protocol):
         owner: Carries out the requests.
         sessions: The sessions.
         instance: Random name of this run of the owner.
-        workers: Run what takes longer.
+        workers: Run longer requests.
         connections: All connections; this one adds and removes itself.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""Names, types and parameters of the controllers that clients load: what an arm accepts."""
+"""Names, types and parameters of the controllers that clients may load."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class Sampler:
     def now(self, sample: StateSample) -> StateSample:
         """Return a sample with the condition of the arm as it is now, between two cycles.
 
-        A client that has just set the speed reads what it has set.
+        A client that has just set the speed reads its own value.
         """
         arm = self._arm
         if not arm.session.connected:

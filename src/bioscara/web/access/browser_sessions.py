@@ -22,7 +22,7 @@ class BrowserSession:
     """A browser that has signed in.
 
     Attributes:
-        scope: What it may do.
+        scope: Its rights.
         until: When it expires, on the clock of the sessions [s].
         ended: Set when the browser signs out, or is signed out.
     """

@@ -52,10 +52,10 @@ _BEARER = re.compile(r"Bearer ([!-~]{1,256})", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True)
 class Credential:
-    """What a request proved.
+    """Credential of a request.
 
     Attributes:
-        scope: What it may do.
+        scope: Its rights.
         session: The session of a browser; None for a program that sends a token.
         value: Value of the browser's cookie; empty for a program.
         address: Address that it came from.

@@ -1,4 +1,4 @@
-"""What a credential may do: look, operate, or administer."""
+"""The rights of a credential: to look, operate, or administer."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from bioscara.api import messages as m
 
 
 class Scope(IntEnum):
-    """What a credential may do; each includes the ones before it."""
+    """Rights of a credential; each includes the ones before it."""
 
     VIEW = 1
     """Look, plan, stop and pause."""
@@ -103,7 +103,7 @@ _OPERATE_TASKS = frozenset(
 
 
 def required_scope(command: m.AnyCommand) -> Scope:
-    """Return what a client needs for a command; a command that is not listed here needs ADMIN."""
+    """Return the scope that a command needs; a command that is not listed here needs ADMIN."""
     if type(command) in _VIEW:
         return Scope.VIEW
     if type(command) not in _OPERATE:

@@ -1,4 +1,4 @@
-"""What waits for a client that reads slowly: the newest sample, and a bounded queue of the rest."""
+"""Messages for a client that reads slowly: the newest sample, and a bounded queue of the rest."""
 
 from __future__ import annotations
 

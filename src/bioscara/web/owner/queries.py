@@ -20,7 +20,7 @@ _HELLO_TIMEOUT = 5.0
 
 
 class _Answer(msgspec.Struct):
-    """What a request needs of a message, and its result as JSON as it came."""
+    """The fields of a message that a request needs, and its result as JSON as it came."""
 
     kind: str
     id: int | None = None

@@ -47,7 +47,7 @@ class WebClient(NamedTuple):
     """The client at the other end of a WebSocket.
 
     Attributes:
-        scope: What it may do.
+        scope: Its rights.
         address: Its address.
     """
 
@@ -117,7 +117,7 @@ class Relay:
         taking = loop.create_task(self._take(owner))
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            # In the order of the tasks: what the client did wrong says more than its consequence.
+            # In the order of the tasks: the error of the client says more than its consequence.
             return next(task for task in tasks if task in done).result()
         finally:
             for task in (*tasks, taking):

@@ -43,7 +43,7 @@ class ServedArm(msgspec.Struct, frozen=True):
 
 
 class StoppedArm(msgspec.Struct, frozen=True):
-    """What became of a STOP.
+    """Outcome of a STOP.
 
     Attributes:
         name: Name of the arm's owner.

@@ -36,7 +36,7 @@ def run(options: Options) -> int:
 
     Raises:
         ConfigurationError: viser is not installed, or a file cannot be read.
-        InvalidArgumentError: What to show is not possible, or the motion of the sliders cannot be
+        InvalidArgumentError: The source cannot be shown, or the motion of the sliders cannot be
             drawn.
         BioscaraError: The motion cannot be planned, or there is no arm to look at.
         OSError: Standard output cannot be written.
@@ -69,7 +69,7 @@ def run(options: Options) -> int:
 
 
 def _opened(options: Options, parameters: ArmParameters) -> tuple[Page, Sliders | Player | Live]:
-    """Return the page, and what decides which positions it shows.
+    """Return the page, and the source of its positions.
 
     Raises:
         BioscaraError: There is nothing to show, for a reason that the message gives.

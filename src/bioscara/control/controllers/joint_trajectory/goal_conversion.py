@@ -1,7 +1,7 @@
 """Conversion of a sent trajectory into one that can be followed.
 
-What takes long with many points is done by :func:`prepare`, in any thread and before the control
-cycle that accepts the trajectory.
+Work that takes long with many points is done by :func:`prepare`, in any thread and before the
+control cycle that accepts the trajectory.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class Range(NamedTuple):
 
 
 def check_form(trajectory: JointTrajectory, parameters: JointTrajectoryParameters) -> None:
-    """Check what does not depend on the state of the arm.
+    """Make the checks that do not depend on the state of the arm.
 
     Args:
         trajectory: The sent trajectory.

@@ -42,7 +42,7 @@ class Gains(Checked):
     error_deadband: NotNegative = 0.0
 
     def problems(self) -> Iterator[Problem]:
-        """Yield clamps that are the wrong way around."""
+        """Yield clamps whose lower end is above the upper one."""
         for what, low, high in (
             ("u_clamp", self.u_clamp_min, self.u_clamp_max),
             ("i_clamp", self.i_clamp_min, self.i_clamp_max),

@@ -17,7 +17,7 @@ class ChangeHardwareState(Operation[LifecycleState]):
     Args:
         component: Name of the component.
         state: The state.
-        uses: What it uses.
+        uses: The used devices.
         claim: Whether to claim that; not where :class:`RunControllers` has claimed it.
     """
 

@@ -161,7 +161,7 @@ def _arm_motion(arm: Arm, operation: Operation[GripperResult]) -> FollowTrajecto
     Homing is clear at every width of the jaws.
 
     Raises:
-        BusyError: The arm moves in another way, or plans a motion.
+        BusyError: The arm jogs, or plans a motion.
     """
     for other in arm.operations:
         if other is operation or Device.ARM not in other.devices or other.done:
