@@ -17,7 +17,7 @@ TOPICS = {
     "cycle": "One control cycle",
     "control": "The control loop",
     "clearance": "Keeping clear",
-    "mechanics": "The motors beside those of the arm",
+    "mechanics": "The simulated motors compared with those of the arm",
     "tracking": "Tracking a ramp",
     "kinematics": "Kinematics",
     "trajectory_sampling": "Sampling a trajectory",

@@ -361,7 +361,7 @@ def rows() -> list[Row]:
             and p99 <= _P99 * repeated_p99,
         ),
         Row(
-            f"{HELD_RATE} Hz for {HELD_TURNS * HELD_SECONDS:.0f} s beside a busy process",
+            f"{HELD_RATE} Hz for {HELD_TURNS * HELD_SECONDS:.0f} s with a busy process",
             f"{overruns} overruns in {cycles} cycles; {counts[-1][3]}",
             f"a loop as busy, in turns with it: {bare_overruns} overruns",
             "at most 0.1 % of the cycles more",

@@ -8,7 +8,7 @@ from benchmarks.measure import Row, at_most, medians
 from bioscara.drivers import Joint, Setpoint, track
 from bioscara.protocol import TRAILER, WRITE, Register
 from bioscara.sim import SimulatedArm
-from bioscara.sim.arm import OVERHEAD
+from bioscara.sim.simulated_arm import OVERHEAD
 
 CYCLES = 3000
 

@@ -134,7 +134,7 @@ def rows() -> list[Row]:
             excess <= 1e-6,
         ),
         Row(
-            "way of the tool after a pause on it at 250 mm/s",
+            "displacement of the tool after a pause at 250 mm/s",
             f"{1e3 * pause:.1f} mm ({pause / stop:.2f} times)",
             f"after a stop: {1e3 * stop:.1f} mm",
             "at most 1.2 times",

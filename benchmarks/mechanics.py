@@ -206,7 +206,7 @@ def rows() -> list[Row]:
         furthest = max(abs(error) for _, error in homings)
         made.append(
             Row(
-                f"{parameters.name}: contact until homing turns back; home beside the stop",
+                f"{parameters.name}: contact until homing turns back; home, distance from the stop",
                 f"at most {longest * 1e3:.0f} ms, {furthest * 1e3:.2g} m{parameters.unit}",
                 f"{ARMS} arms",
                 "150 ms",

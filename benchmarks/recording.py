@@ -28,8 +28,8 @@ from bioscara.model.urdf import urdf_of
 from bioscara.recording.reading.export import export_csv, export_parquet
 from bioscara.recording.reading.sample_table import sample_tables
 from bioscara.recording.reading.scan import FileScan
-from bioscara.recording.writing.frames import joint_frames
 from bioscara.recording.writing.sample_messages import SampleMessages
+from bioscara.recording.writing.transforms import joint_frames
 from bioscara.robot import kinematics_of
 from bioscara.rosbag.recording_file import RecordingFile
 from bioscara.rosbag.topics import Topic, definition

@@ -40,7 +40,7 @@ class Client:
     def __init__(self, name: str, client: str) -> None:
         self.socket = socket.socket(socket.AF_UNIX)
         self.socket.connect(os.fspath(runtime.socket_of(name)))
-        self._frames, self._messages = framing.Frames(framing.ANSWER_MAX), iter(())
+        self._frames, self._messages = framing.MessageSplitter(framing.ANSWER_MAX), iter(())
         self._numbers = itertools.count(1)
         self.send(m.ClientHello(version=m.VERSION, client=client, session=os.urandom(8).hex()))
         self.receive(m.Welcome)

@@ -8,8 +8,8 @@ import numpy as np
 
 from benchmarks.measure import Row, at_most, medians
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController, Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
 from bioscara.hardware import CommandInterface, LifecycleState, StateInterface
 
 NAMES = ("j1", "j2", "j3", "j4")

@@ -1,4 +1,4 @@
-"""Controllers that a client loads into a served arm, and what becomes of their goals."""
+"""Controllers that a client loads into a served arm, and the ends of their goals."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Site:
     Attributes:
         served: The served arm.
         robot: The client.
-        samples: What it got.
+        samples: Those that it received.
     """
 
     def __init__(self, served: Served, robot: RemoteRobot) -> None:
@@ -56,7 +56,7 @@ class Site:
 
     @property
     def plant(self) -> SimulatedArm:
-        """The simulated arm: where its joints are, whatever is commanded."""
+        """The simulated arm, which has the true positions of its joints."""
         return self.served.robot.bus.arm  # type: ignore[attr-defined,no-any-return]
 
     @property

@@ -69,7 +69,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         text = f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more"
         if terminal is not None:
             terminal.write_line(f"\n{text}")
-        # Fixtures of the module, such as a process with an arm, may be what failed.
+        # Fixtures of the module, such as a process with an arm, may have failed.
         with suppress(Exception):
             # Those that complain at their end have done so in the first run.
             item.session._setupstate.teardown_exact(None)

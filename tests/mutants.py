@@ -926,7 +926,7 @@ MUTANTS = (
         MANAGER,
     ),
     Mutant(
-        "a shutdown of all hardware, whatever one part raises",
+        "a shutdown of all hardware although one part raises",
         "ControllerManager.shutdown",
         "Exception as",
         "InvalidArgumentError as",
@@ -1786,7 +1786,7 @@ def _build(tree: Path, target: Path) -> None:
 
 
 def _build_images(mutant: Mutant, tree: Path) -> None:
-    """Build them before the tests, which would fail or skip, whatever they test, without images."""
+    """Build the images before the tests, which would all fail or be skipped without them."""
     build = subprocess.run(
         ["make", "--no-print-directory", "-C", str(tree / "firmware/joint")],
         stdout=subprocess.PIPE,

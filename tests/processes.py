@@ -36,7 +36,7 @@ def running(*arguments: str, **options: object) -> Iterator[subprocess.Popen[str
 
 
 def environment(**more: str) -> dict[str, str]:
-    """Return an environment in which a program imports what this process imports."""
+    """Return an environment in which a program imports the modules of this process."""
     paths = [str(_ROOT), *filter(None, sys.path)]
     return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **more}
 

@@ -142,7 +142,7 @@ class RawClient:
         self.records: list[m.GoalCycle] = []
         self.number = 0
         self._answers: dict[int, m.Response | m.RequestFailed] = {}
-        self._frames = framing.Frames(framing.ANSWER_MAX)
+        self._frames = framing.MessageSplitter(framing.ANSWER_MAX)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.socket.settimeout(LIMIT)
         try:
@@ -235,7 +235,7 @@ class RawClient:
 
     def _pulled(self) -> Iterator[Any]:
         while True:
-            # Not the generator of all messages: what one call has left is for the next one.
+            # Not the generator of all messages: the rest of one call is for the next one.
             payload = next(self._frames.feed(b""), None)
             if payload is None:
                 data = self.socket.recv(1 << 16)

@@ -207,7 +207,7 @@ def cause(link: OwnerLink, rng: random.Random) -> None:
     }.get(fault)
     simulate(link, m.SimulateFault(fault, joint, off))
     time.sleep(0.3)
-    # A program may have taken the lease meanwhile.
+    # Another program may have taken the lease since.
     while repair is not None and not simulate(link, repair):
         time.sleep(0.1)
 

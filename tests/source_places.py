@@ -54,7 +54,7 @@ def apply(place: str, old: str, new: str) -> Change:
 
     Args:
         place: Name of a function, a class or a module; several may have it.
-        old: What is replaced, which must occur in them exactly once.
+        old: The text to replace, which must occur in them exactly once.
         new: The replacement.
 
     Raises:

@@ -137,7 +137,7 @@ KINDS: tuple[tuple[str, Callable[[str], bool]], ...] = (
 
 
 def exists(name: str, objects: dict[str, Any]) -> bool:
-    """Return whether a new name exists, in whatever form the page gives it."""
+    """Return whether a new name exists, in any form in which the page gives it."""
     for form, check in KINDS:
         if match := re.fullmatch(form, name):
             return check(match[1])
@@ -171,7 +171,7 @@ def test_each_original_name_has_a_row() -> None:
 
 
 def test_each_name_of_the_drivers_is_on_the_page(objects: dict[str, Any]) -> None:
-    """What is public here either replaces a name of the original or is listed as new."""
+    """Each public name either replaces a name of the original or is listed as new."""
     named = {name.removesuffix("()") for row in ROWS for name in row.new}
     named |= {name.removesuffix("()") for name in ADDED}
     joint = objects["Joint"]

@@ -66,13 +66,24 @@ def test_hz15_the_repository_holds_no_secret() -> None:
     assert [(str(path), found) for path, text in _texts() if (found := _found(text))] == []
 
 
-def test_links_in_the_documentation_lead_somewhere() -> None:
+def _anchors(path: Path) -> set[str]:
+    """Return the anchors of the headings of a document."""
+    text = re.sub(r"```.*?```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_links_in_the_documentation_lead_to_a_file_and_a_heading() -> None:
     broken = []
     for path, text in _texts():
         if path.suffix != ".md":
             continue
-        for target in re.findall(r"\]\((?!https?:|mailto:|#)([^)#\s]+)", text):
-            if not (path.parent / target).exists():
+        for target in re.findall(r"\]\((?!https?:|mailto:)([^)\s]+)\)", text):
+            name, _, anchor = target.partition("#")
+            file = path.parent / name if name else path
+            if not file.exists() or (
+                anchor and file.suffix == ".md" and anchor not in _anchors(file)
+            ):
                 broken.append(f"{path.relative_to(ROOT)}: {target}")
     assert broken == []
 

@@ -1,4 +1,4 @@
-"""Files are whole or absent, whatever happens while they are written."""
+"""Files are whole or absent after any failure while they are written."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def write(path: Path, data: bytes) -> None:
 
 @pytest.mark.parametrize("before", [None, b"before"])
 @pytest.mark.parametrize("room", [0, 1, 999])
-def test_a_full_disk_leaves_what_was_there(tmp_path: Path, before: bytes | None, room: int) -> None:
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path, before: bytes | None, room: int) -> None:
     path = tmp_path / "file"
     if before is not None:
         path.write_bytes(before)
@@ -29,7 +29,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, before: bytes | None,
     assert before is None or path.read_bytes() == before
 
 
-def test_an_interruption_leaves_what_was_there(tmp_path: Path) -> None:
+def test_an_interruption_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "file"
 
     def half(partial: Path) -> None:

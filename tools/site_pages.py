@@ -43,7 +43,7 @@ REFERENCE = {
 _PAGE_OF_PACKAGE = {
     "bioscara.robot.robot": "robot",
     "bioscara.robot.operations": "robot",
-    "bioscara.robot.gripper": "robot",
+    "bioscara.robot.robot_gripper": "robot",
     "bioscara.robot": "robot",
     "bioscara.remote": "robot",
     "bioscara.report": "robot",
@@ -59,7 +59,7 @@ _PAGE_OF_PACKAGE = {
 }
 """Page of the names of each package, in the order in which a page has them."""
 _MORE = {
-    "bioscara.robot.gripper": ("RobotGripper",),
+    "bioscara.robot.robot_gripper": ("RobotGripper",),
 }
 """Types of public attributes that are no public names themselves."""
 

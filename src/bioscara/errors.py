@@ -538,7 +538,7 @@ class OwnerError(BioscaraError):
 
 
 class OwnerLostError(OwnerError):
-    """The owner of an arm does not run or does not answer; its joints stop by themselves."""
+    """The owner of an arm does not run or does not answer; its joints stop autonomously."""
 
     code = -281
 

@@ -35,7 +35,7 @@ def main(words: Sequence[str]) -> int:
     if not owners:
         sys.stderr.write("bioscara: no arm is served, so none was stopped\n")
         return 2
-    # All are told before the first answer is waited for.
+    # It is sent to all before the first answer is waited for.
     connections = [(owner, _send(owner)) for owner in owners]
     failed = False
     for owner, connection in connections:

@@ -155,7 +155,7 @@ def test_every_command_and_result_is_one_that_can_be_sent() -> None:
         assert leaves == set(get_args(union))
 
 
-def test_what_needs_the_lease_is_no_query() -> None:
+def test_queries_stop_and_pause_need_no_lease() -> None:
     for kind in CLASSES:
         if issubclass(kind, m.Query):
             assert not kind.needs_lease
@@ -199,7 +199,7 @@ def test_messages_in_pieces_of_any_size_come_whole(
 ) -> None:
     requests = [m.ClientRequest(id=n, command=each) for n, each in enumerate(commands)]
     stream = b"".join(map(framing.packed, requests))
-    frames = framing.Frames(framing.REQUEST_MAX)
+    frames = framing.MessageSplitter(framing.REQUEST_MAX)
     found: list[Any] = []
     while stream:
         size = data.draw(st.integers(1, len(stream)))
@@ -209,14 +209,14 @@ def test_messages_in_pieces_of_any_size_come_whole(
 
 
 def test_messages_that_were_not_taken_are_left_for_the_next_call() -> None:
-    frames = framing.Frames(100)
+    frames = framing.MessageSplitter(100)
     three = b"".join(framing.framed(bytes([each])) for each in (1, 2, 3))
     assert next(frames.feed(three)) == b"\x01"
     assert list(frames.feed(b"")) == [b"\x02", b"\x03"]
 
 
 def test_a_message_that_is_too_long_is_refused_before_it_comes() -> None:
-    frames = framing.Frames(100)
+    frames = framing.MessageSplitter(100)
     assert list(frames.feed(struct.pack(">I", 100) + bytes(100))) == [bytes(100)]
     with pytest.raises(ProtocolError, match="101 bytes is announced, and at most 100"):
         list(frames.feed(struct.pack(">I", 101)))

@@ -40,7 +40,7 @@ def test_names_of_arms(name: str) -> None:
 @pytest.mark.parametrize(
     "name", ["", "1a", "-a", "a b", "a/b", "..", "a\n", "ä", "x" * 65, "a.sock", None, 3]
 )
-def test_what_is_no_name_of_an_arm(name: str) -> None:
+def test_an_invalid_name_of_an_arm_is_refused(name: str) -> None:
     with pytest.raises(InvalidArgumentError, match="no name of an arm"):
         require_name(name)
 

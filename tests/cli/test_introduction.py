@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from bioscara.cli.arm import introduce
+from bioscara.cli.opened_arm import introduce
 from bioscara.cli.options import Options
 from simulated import simulated_robot
 

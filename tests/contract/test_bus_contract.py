@@ -73,7 +73,7 @@ def test_one_that_fails_does_not_keep_the_others(bus: Bus) -> None:
             assert PING.decode_v1(answered(result)).values == (ord("O"),)
 
 
-def test_what_one_transaction_wrote_the_next_one_reads(bus: Bus) -> None:
+def test_a_transaction_reads_the_value_that_the_one_before_wrote(bus: Bus) -> None:
     values = {address: address / 7.0 for address in ADDRESSES}
     asked = []
     for address, value in values.items():

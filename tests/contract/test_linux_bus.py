@@ -194,7 +194,7 @@ def test_a_stuck_adapter_that_cannot_be_opened_any_more_says_so(bus: PreloadedBu
         bus.transfer(PING)
 
 
-def test_a_machine_without_compiler_is_told_what_is_missing(
+def test_without_a_compiler_the_missing_package_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from bioscara.control.controllers.controller import Controller
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager

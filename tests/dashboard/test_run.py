@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page
 
 from bioscara import RemoteRobot, Robot
 from bioscara.remote.remote_gripper import RemoteGripper
-from bioscara.robot.gripper import RobotGripper
+from bioscara.robot.robot_gripper import RobotGripper
 from dashboard.rig import Site, at_rest, command, moves, open_page, wait_for_state
 from processes import wait_until
 from served import HALF

@@ -73,7 +73,7 @@ class Bench:
         (self.folder / "state.json").write_text(json.dumps(self.state))
 
     def flash(self, serial: str) -> bytes:
-        """Return what the flash of a board holds."""
+        """Return the content of a board's flash."""
         path = self.folder / f"{serial}.flash"
         return path.read_bytes() if path.exists() else b""
 

@@ -26,7 +26,7 @@ FORWARD = "forward_command_controller/ForwardCommandController"
 
 @pytest.mark.parametrize("frequency", [100e3, 400e3])
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_the_bus_time_of_a_cycle_is_foretold_within_five_percent(
+def test_the_bus_time_of_a_cycle_is_predicted_within_five_percent(
     frequency: float, *, v1: bool
 ) -> None:
     world = Stack(v1=v1, frequency=frequency, at=AT)

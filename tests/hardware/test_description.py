@@ -37,7 +37,7 @@ def test_the_shipped_urdf_says_what_the_parameters_say() -> None:
     assert read_gripper(urdf, PARAMETERS.gripper).parameters == PARAMETERS.gripper
 
 
-def test_joints_come_in_the_order_of_their_numbers_whatever_the_file_says() -> None:
+def test_joints_come_in_the_order_of_their_numbers_for_any_order_in_the_file() -> None:
     begin, end = TEXT.index('    <joint name="j1">'), TEXT.index('    <joint name="j2">')
     text = TEXT[:begin] + TEXT[end:]
     cut = text.index("  </ros2_control>")
@@ -58,7 +58,7 @@ def param(name: str, value: str) -> str:
 
 
 WRONG = [
-    # old, new, what the message must say; the first occurrence is that of j1 or the gripper.
+    # old, new, text of the message; the first occurrence is that of j1 or the gripper.
     ("    <joint name=\"j1\">\n      <param",
      "    <gpio name=\"home\"/>\n    <joint name=\"j1\">\n      <param",
      "<gpio> is not read; every interface is one of a joint, home too"),
@@ -124,7 +124,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("old", "new", "complaint"), WRONG)
-def test_what_is_wrong_is_named(old: str, new: str, complaint: str) -> None:
+def test_a_wrong_value_of_the_description_is_named(old: str, new: str, complaint: str) -> None:
     assert old in TEXT
     with pytest.raises(ConfigurationError) as caught:
         read(TEXT.replace(old, new, 1))

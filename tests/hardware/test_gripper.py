@@ -65,7 +65,7 @@ def test_activation_enables_at_the_last_width_and_moves_nothing(
     assert gripper.commands["gripper/position"].value == pytest.approx(0.05)
 
 
-def test_the_state_is_what_was_told_and_says_that_it_is_assumed(gripper: GripperHardware) -> None:
+def test_the_state_is_the_commanded_width_and_marked_as_assumed(gripper: GripperHardware) -> None:
     state = gripper.states["gripper/position"]
     assert state.quality is Quality.UNKNOWN
     gripper.set_state(LifecycleState.ACTIVE)

@@ -152,7 +152,7 @@ def test_homing_without_an_end_stop_ends_with_that_reason() -> None:
     assert arm.states["j4/home"].value == 0.0
 
 
-def test_a_joint_without_host_stops_homing_by_itself() -> None:
+def test_a_joint_without_host_stops_homing_autonomously() -> None:
     world, arm = active()
     claim(arm, "j3/home")
     arm.commands["j3/home"].value = -1.0

@@ -300,7 +300,9 @@ def test_no_joint_that_answers_is_an_error_of_the_whole() -> None:
 
 
 @pytest.mark.parametrize("dead", [False, True], ids=["logic alive", "logic dead"])
-def test_usr1_usr2_power_that_comes_back_moves_nothing_and_locks_nobody_out(dead: bool) -> None:
+def test_usr1_usr2_power_that_comes_back_moves_nothing_and_the_arm_can_be_enabled(
+    dead: bool,
+) -> None:
     world = Stack()
     world.switch("hold")
     world.run(0.1)
@@ -390,7 +392,7 @@ def test_a_joint_that_drops_out_at_rest_is_noticed_in_the_next_cycle() -> None:
 
 
 @pytest.mark.parametrize("active", [True, False], ids=["engaged", "released"])
-def test_fw1_a_joint_that_restarted_is_not_taken_for_homed_before_somebody_recovers(
+def test_fw1_a_joint_that_restarted_is_not_taken_for_homed_before_a_recovery(
     active: bool,
 ) -> None:
     world = Stack()
@@ -507,7 +509,7 @@ def test_the_arm_is_usable_over_a_bus_of_no_time() -> None:
     assert hardware.set_state(LifecycleState.ACTIVE) is LifecycleState.ACTIVE
 
 
-def test_usr1_the_faults_of_a_dead_arm_are_told_once() -> None:
+def test_usr1_the_faults_of_an_arm_without_power_are_reported_once() -> None:
     world = Stack()
     world.switch("hold")
     for name in NAMES:

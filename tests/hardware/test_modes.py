@@ -178,7 +178,7 @@ def test_rule_25_a_claimed_joint_starts_from_where_it_is(v1: bool) -> None:
 
 
 @BOTH
-def test_rule_25_a_change_of_motion_mode_starts_from_what_is_measured(v1: bool) -> None:
+def test_rule_25_a_change_of_motion_mode_starts_from_the_measured_state(v1: bool) -> None:
     world, arm = ready(v1=v1)
     switch(arm, "j3/velocity")
     arm.commands["j3/velocity"].value = -0.5
@@ -192,7 +192,7 @@ def test_rule_25_a_change_of_motion_mode_starts_from_what_is_measured(v1: bool) 
 
 
 @BOTH
-def test_only_what_is_claimed_is_written(v1: bool) -> None:
+def test_only_claimed_interfaces_are_written(v1: bool) -> None:
     world, arm = ready(v1=v1)
     switch(arm, "j2/velocity", "j4/position")
     world.tap.calls.clear()

@@ -122,7 +122,7 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
         assert a > 0.0
         assert a + b >= c  # no body has another inertia
     assert set(masses) == {*BODIES, "virtual_gripper"}
-    # What the lift carries, and what turns about the column with the arm stretched: about the
+    # Mass on the lift, and inertia about the column with the arm stretched: about the
     # load with which the simulated joints behave as the real ones.
     assert 2.5 < sum(masses[name] for name in BODIES[2:]) < 5.0
     # The tool is recorded with the weight that the gripper is drawn with.

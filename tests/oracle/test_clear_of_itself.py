@@ -321,7 +321,7 @@ def test_raw_streams(watched: Watched) -> None:
     tally.end()
 
 
-def test_the_named_way_from_home_to_the_center(watched: Watched) -> None:
+def test_the_named_detour_from_home_to_the_center_is_clear(watched: Watched) -> None:
     for width in np.linspace(*WIDTHS, 5):
         watched.fold()
         watched.equip(width, carrying=False)

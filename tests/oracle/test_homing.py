@@ -118,7 +118,7 @@ class Standing:
         return rows
 
 
-def test_on_the_plant_homing_goes_the_same_way() -> None:
+def test_homing_of_the_simulated_arm_takes_the_same_path() -> None:
     rng = np.random.default_rng(14)
     for begin in starts(rng, 8 * ON_PLANT)[:ON_PLANT]:
         begin[0] = LOWER[0] + 0.2 * rng.random()  # The column takes minutes and meets nothing.
@@ -183,7 +183,7 @@ def test_a_wrist_is_homed_with_the_lift_up(homed: Standing) -> None:
     assert "j2 is homed again, before j4" in robot.warnings[-1]
 
 
-def test_a_wrist_beside_a_folded_elbow_is_not_turned(homed: Standing) -> None:
+def test_a_wrist_is_not_turned_while_the_elbow_is_folded(homed: Standing) -> None:
     robot = homed.robot
     lose(homed, "j4")
     with pytest.raises(HomingError, match=r"j3 at 2\.62.*open the elbow by hand"):
@@ -195,7 +195,7 @@ def test_a_wrist_beside_a_folded_elbow_is_not_turned(homed: Standing) -> None:
     assert homed.seen()[-1, 3] == pytest.approx(ENDS[3], abs=5e-3)
 
 
-def test_what_is_homed_stays_so_where_nothing_is_in_the_way(homed: Standing) -> None:
+def test_homed_joints_stay_homed_where_their_path_is_clear(homed: Standing) -> None:
     robot = homed.robot
     lose(homed, "j1")
     begin = homed.arm.now()

@@ -43,7 +43,7 @@ def swung(velocities: np.ndarray, period: float) -> np.ndarray:
 
 
 @given(st.lists(st.tuples(st.floats(-1.0, 1.0), st.integers(1, 60)), min_size=1, max_size=8))
-def test_a_load_is_nowhere_faster_than_what_was_averaged(parts: list[tuple[float, int]]) -> None:
+def test_a_load_is_never_faster_than_the_averaged_command(parts: list[tuple[float, int]]) -> None:
     average, sent = Smoothed((0.2,), REST), [0.0]
     for value, count in parts:
         sent += [average.step(for_all(value), PERIOD)[2] for _ in range(count)]

@@ -45,8 +45,8 @@ class Recording:
     """A recorder in a thread.
 
     Attributes:
-        said: What it announced.
-        error: What ended it; None if the test did.
+        said: Its announcements.
+        error: Cause of its end; None if the test did.
     """
 
     def __init__(self, folder: Path, limits: FileLimits, keep: int) -> None:

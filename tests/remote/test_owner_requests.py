@@ -28,7 +28,7 @@ def test_a_client_reads_and_replaces_the_overlay(tmp_path: Path) -> None:
         assert robot.overlay() == after
 
 
-def test_a_client_lets_the_simulated_arm_fail_and_reads_what_its_joints_say() -> None:
+def test_a_client_injects_faults_and_reads_the_reports_of_the_joints() -> None:
     with arm_served(), Robot.connect(f"arm:{NAME}") as robot:
         robot.enable()
         before = robot.joint_reports().joints

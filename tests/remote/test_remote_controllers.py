@@ -77,7 +77,7 @@ def test_no_end_of_a_goal_is_lost_by_a_client_that_gets_few_samples(left: Site) 
     assert len(left.samples) < 20
 
 
-def test_a_client_without_the_lease_looks_and_does_not_change_anything(left: Site) -> None:
+def test_a_client_without_the_lease_can_read_and_not_change_anything(left: Site) -> None:
     left.activated(POSITION_JTC)
     with Robot.connect(f"arm:{NAME}") as other:
         assert other.controllers.list().controllers  # type: ignore[attr-defined]

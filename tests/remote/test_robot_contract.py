@@ -46,8 +46,8 @@ from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import RemoteOperation
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.operations.operation import Operation, Status
+from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
@@ -289,7 +289,7 @@ def test_refusals_carry_their_class_text_and_data(robot: Any) -> None:
     assert near(robot.pose, here)
 
 
-def test_a_moving_arm_refuses_others_and_says_who_moves(robot: Any) -> None:
+def test_a_moving_arm_refuses_other_calls_and_names_the_running_motion(robot: Any) -> None:
     operation = robot.move_joints(LONG, wait=False)
     assert robot.is_moving
     with pytest.raises(BusyError) as busy:

@@ -1,4 +1,4 @@
-"""Two programs at one arm: who commands, and what a stop of the other one means."""
+"""Two programs at one arm: the lease, and a stop by the program without it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def arm() -> Iterator[Served]:
         yield served
 
 
-def test_the_second_program_looks_and_does_not_command(arm: Served) -> None:
+def test_the_second_program_can_read_and_not_command(arm: Served) -> None:
     with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
         first.enable()
         assert second.is_enabled

@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 import pytest
 
 from bioscara.report import (
+    CycleHistory,
     CycleRecord,
-    History,
     JointInfo,
     JointRecord,
     Outcome,
@@ -43,15 +43,15 @@ def made_up_cycles(count: int = 300, error: float = 0.002) -> list[CycleRecord]:
     return cycles
 
 
-def history_of(cycles: list[CycleRecord]) -> History:
-    history = History(NAMES)
+def history_of(cycles: list[CycleRecord]) -> CycleHistory:
+    history = CycleHistory(NAMES)
     for cycle in cycles:
         history.append(cycle)
     return history
 
 
 @pytest.fixture
-def make_history() -> Callable[[list[CycleRecord]], History]:
+def make_history() -> Callable[[list[CycleRecord]], CycleHistory]:
     return history_of
 
 
@@ -66,7 +66,7 @@ def many_cycles() -> list[CycleRecord]:
 
 
 @pytest.fixture
-def history(cycles: list[CycleRecord]) -> History:
+def history(cycles: list[CycleRecord]) -> CycleHistory:
     return history_of(cycles)
 
 

@@ -143,7 +143,7 @@ def test_arrays_may_be_read_while_the_motion_runs(tmp_path: Path) -> None:
             while not ended.is_set():
                 positions = samples.positions
                 assert np.isfinite(positions).all()
-                positions[:] = 0.0  # a copy: what was recorded does not change
+                positions[:] = 0.0  # a copy: recorded values do not change
         except BaseException as problem:  # noqa: BLE001  reported in the thread of the test
             problems.append(problem)
 

@@ -13,8 +13,8 @@ import pytest
 
 from bioscara.errors import ConfigurationError
 from bioscara.report import (
+    CycleHistory,
     CycleRecord,
-    History,
     Outcome,
     Phase,
     RunFolder,
@@ -27,7 +27,7 @@ from bioscara.report import (
 from bioscara.report.folder import default_path
 from bioscara.report.statistics import loop_statistics, tracking
 
-MakeHistory = Callable[[list[CycleRecord]], History]
+MakeHistory = Callable[[list[CycleRecord]], CycleHistory]
 
 
 def page_data(page: str) -> dict[str, object]:
@@ -36,7 +36,7 @@ def page_data(page: str) -> dict[str, object]:
     return json.loads(found[1])
 
 
-def test_a_constant_error_is_its_own_maximum_and_mean(history: History) -> None:
+def test_a_constant_error_is_its_own_maximum_and_mean(history: CycleHistory) -> None:
     result = tracking(history, 0)
     assert result.samples == 250
     assert result.max_error == pytest.approx(0.002)
@@ -44,7 +44,7 @@ def test_a_constant_error_is_its_own_maximum_and_mean(history: History) -> None:
     assert result.final_error == pytest.approx(0.002)
 
 
-def test_a_single_error_is_found_at_its_time(history: History) -> None:
+def test_a_single_error_is_found_at_its_time(history: CycleHistory) -> None:
     result = tracking(history, 1)
     assert result.max_error == pytest.approx(0.004)
     assert result.max_error_time == pytest.approx(150 * 0.01 - 0.5 + 0.002)
@@ -72,20 +72,20 @@ def test_homing_is_not_part_of_the_loop_statistics(
 
 
 def test_a_run_without_any_cycle_can_be_reported(summary: RunSummary, tmp_path: Path) -> None:
-    empty = History(("j1", "j2"))
+    empty = CycleHistory(("j1", "j2"))
     assert "no setpoint was streamed" in text.render(summary, empty)
     assert page_data(html.render(summary, empty))["time"] == []
     png.write(tmp_path / "empty.png", summary, empty)
 
 
 def test_a_title_is_not_rendered_as_a_formula(
-    summary: RunSummary, history: History, tmp_path: Path
+    summary: RunSummary, history: CycleHistory, tmp_path: Path
 ) -> None:
     png.write(tmp_path / "a.png", replace(summary, title=r"$\frac$ 試薬"), history)
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_text_names_the_arm_and_the_outcome(summary: RunSummary, history: History) -> None:
+def test_the_text_names_the_arm_and_the_outcome(summary: RunSummary, history: CycleHistory) -> None:
     failed = replace(summary, outcome=Outcome.FAILED, message="j2 stalled", faults=("j2 stalled",))
     rendered = text.render(failed, history)
     assert "simulation (in this process)" in rendered
@@ -94,7 +94,7 @@ def test_the_text_names_the_arm_and_the_outcome(summary: RunSummary, history: Hi
     assert re.search(r"j2 +4\.000 mm", rendered)
 
 
-def test_text_from_outside_cannot_become_markup(summary: RunSummary, history: History) -> None:
+def test_text_from_outside_cannot_become_markup(summary: RunSummary, history: CycleHistory) -> None:
     nasty = "</script><script>alert(1)</script>{{data}}"
     named = replace(summary, title=nasty, source=nasty, notes=(nasty,))
     named = replace(named, joints=(replace(named.joints[0], name=nasty), named.joints[1]))
@@ -103,7 +103,7 @@ def test_text_from_outside_cannot_become_markup(summary: RunSummary, history: Hi
     assert page_data(page)["joints"][0]["name"] == nasty  # type: ignore[index]
 
 
-def test_the_page_loads_no_external_resource(summary: RunSummary, history: History) -> None:
+def test_the_page_loads_no_external_resource(summary: RunSummary, history: CycleHistory) -> None:
     page = html.render(summary, history)
     assert not re.search(r"(?:src|href)\s*=|@import|url\(", page)
     assert "{{" not in re.sub(r"(?s)<script.*?</script>", "", page)
@@ -121,7 +121,7 @@ def test_a_long_run_is_thinned_and_keeps_its_worst_cycle(
 
 
 def test_a_folder_is_complete(
-    tmp_path: Path, summary: RunSummary, history: History, cycles: list[CycleRecord]
+    tmp_path: Path, summary: RunSummary, history: CycleHistory, cycles: list[CycleRecord]
 ) -> None:
     folder = RunFolder.create(tmp_path / "new" / "run", history.joint_names, len(cycles))
     folder.samples.write(cycles)
@@ -154,7 +154,7 @@ def test_a_disk_without_room_is_refused_and_left_clean(tmp_path: Path) -> None:
 
 
 def test_a_file_that_cannot_be_written_does_not_prevent_the_others(
-    tmp_path: Path, summary: RunSummary, history: History
+    tmp_path: Path, summary: RunSummary, history: CycleHistory
 ) -> None:
     folder = RunFolder.create(tmp_path, history.joint_names, 1)
     (tmp_path / "report.txt").mkdir()

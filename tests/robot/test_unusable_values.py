@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from bioscara.robot import Robot
-from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.planner import Planner
+from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.workspace.poses import TeachTable
 from robot_calls import HALF, NAMES, calls
 from simulated import simulated_robot

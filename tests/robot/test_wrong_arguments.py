@@ -117,7 +117,7 @@ def test_the_tool_cannot_be_changed_without_the_kinematics(robot: Robot) -> None
 
 def test_a_misspelt_attribute_is_refused(robot: Robot) -> None:
     with pytest.raises(AttributeError, match=r"no attribute 'secne'; did you mean scene"):
-        robot.secne = None  # type: ignore[attr-defined]  # what a user without a type checker does
+        robot.secne = None  # type: ignore[attr-defined]  # as a user without a type checker may do
 
 
 def test_joints_and_scalings_may_be_numbers_of_numpy(robot: Robot) -> None:

@@ -163,7 +163,7 @@ def test_a_client_that_was_stopped_commands_nothing_when_it_goes_on(
     assert "LeaseError" in errors
 
 
-def test_a_stopped_subscriber_delays_nobody(start: Start, arm: Served) -> None:
+def test_a_stopped_subscriber_delays_no_other_client(start: Start, arm: Served) -> None:
     program = (
         "from bioscara.api import messages as m\n"
         "from served import RawClient\n"

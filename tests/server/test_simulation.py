@@ -67,7 +67,7 @@ def recovered(robot: Robot) -> None:
             return
 
 
-def test_a_client_that_comes_later_sees_what_is_simulated() -> None:
+def test_a_client_that_connects_later_sees_the_simulated_faults() -> None:
     with arm_served(speed=20.0) as served, RawClient() as client:
         epoch = client.acquire()
         client.request(m.Subscribe(events_after=client.welcome.last_event))

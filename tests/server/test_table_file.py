@@ -1,4 +1,4 @@
-"""Poses that clients teach survive the owner, and no program undoes what another has saved."""
+"""Poses that clients teach survive the owner, and no program undoes the changes of another one."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_what_a_client_teaches_is_there_after_a_restart(arm: SimulatedArm, tmp_p
         assert robot.table == taught
         robot.table = robot.table.without_pose("plate")
         assert names(load_table(path, FINGERS)) == ["rack"]
-        # What a change removes is not lost.
+        # An entry that a change removes is not lost.
         assert load_table(path.with_name("poses.yaml.bak"), FINGERS) == taught
 
 

@@ -61,7 +61,7 @@ def test_a_stuck_bus_carries_nothing_until_it_is_released(bus: BenchBus) -> None
     assert isinstance(bus.transfer([PING])[0], bytes)
 
 
-def test_a_brown_out_ends_by_itself_and_the_arm_says_so(bus: BenchBus) -> None:
+def test_a_brown_out_ends_automatically_and_the_arm_reports_it(bus: BenchBus) -> None:
     said: list[str] = []
     bus.bench.changed = said.append
     bus.bench.apply("brown_out", value=0.5)
@@ -95,7 +95,7 @@ def test_our_firmware_does_not_hang_for_long(bus: BenchBus) -> None:
     assert listed(original) == []
 
 
-def test_what_cannot_be_is_refused_and_changes_nothing(bus: BenchBus) -> None:
+def test_impossible_faults_are_refused_and_change_nothing(bus: BenchBus) -> None:
     with pytest.raises(InvalidArgumentError, match="did you mean bus_flips"):
         bus.bench.apply("bus_flip")
     with pytest.raises(InvalidArgumentError, match="no joint 'j5'"):

@@ -30,7 +30,7 @@ def test_the_free_motor_swings_where_and_as_much_as_that_of_the_arm() -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_j1_runs_at_1_radian_per_second_and_loses_the_field_on_its_way_to_2(seed: int) -> None:
+def test_j1_runs_at_1_radian_per_second_and_loses_the_field_below_2(seed: int) -> None:
     for position, sign in ((0.0, 1.0), (0.137, -1.0)):
         assert pull_out(sign, seed=seed, position=position) is None
         lost = pull_out(2.0 * sign, seed=seed, position=position)

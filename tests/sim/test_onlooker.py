@@ -1,4 +1,4 @@
-"""Looking at an arm behind a socket, beside the program that uses it."""
+"""Reading the arm behind a socket while another program uses it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ import pytest
 from bioscara.bus import Transaction
 from bioscara.errors import BusUnavailableError
 from bioscara.sim import Onlooker, SimulatedArm, SocketBus, serve
-from bioscara.sim.arm import JOINTS
 from bioscara.sim.framing import (
     ArmState,
     FrameKind,
@@ -23,6 +22,7 @@ from bioscara.sim.framing import (
     encode_state,
 )
 from bioscara.sim.server import FRAME_TIMEOUT
+from bioscara.sim.simulated_arm import JOINTS
 
 pytestmark = pytest.mark.realtime
 

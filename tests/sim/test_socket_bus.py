@@ -181,7 +181,7 @@ def test_no_arm_behind_a_socket_names_the_command(path: Path) -> None:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Let SIGINT interrupt: a shell starts what runs in the background with it ignored."""
+    """Let SIGINT interrupt: a shell starts background programs with it ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -530,7 +530,9 @@ def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
     ],
 )
 @pytest.mark.usefixtures("arm")
-def test_what_is_no_frame_is_refused_with_the_reason(path: Path, junk: bytes, words: str) -> None:
+def test_bytes_that_are_no_frame_are_refused_with_the_reason(
+    path: Path, junk: bytes, words: str
+) -> None:
     with client(path) as connection:
         connection.sendall(junk)
         assert words in everything(connection).decode(errors="replace")

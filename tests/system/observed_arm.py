@@ -17,7 +17,7 @@ from pathlib import Path
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, serve
-from bioscara.sim.arm import JOINTS
+from bioscara.sim.simulated_arm import JOINTS
 from simulated import NEAR
 
 START = (-2.0, 0.25, 1.5, 1.5)

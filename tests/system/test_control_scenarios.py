@@ -292,7 +292,7 @@ def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropp
     ]
 
 
-def test_usr1_an_emergency_stop_at_rest_is_named_when_somebody_looks(scene: Scene) -> None:
+def test_usr1_an_emergency_stop_at_rest_is_named_at_the_next_reading(scene: Scene) -> None:
     scene.robot.move_joints(START)
     scene.arm.run(1.0)
     scene.arm.set_motor_power(False)

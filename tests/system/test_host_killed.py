@@ -76,7 +76,7 @@ def moving_host(arm: Arm, motion: str) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("motion", ["track", "velocity"])
-def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why(
+def test_the_joint_of_a_killed_host_stops_autonomously_and_the_next_host_gets_the_cause(
     arm: Arm, motion: str, tmp_path: Path
 ) -> None:
     seed = random.randrange(2**32)
@@ -141,7 +141,7 @@ def test_the_joint_of_a_stopped_host_stops_although_the_arm_waits_for_starved_on
 
 
 def wait_for_fault(lines: IO[str]) -> None:
-    """Read until the host reports that its joint stopped by itself."""
+    """Read until the host reports that its joint stopped autonomously."""
     for line in lines:
         if "SETPOINT_LOST" in line:
             return

@@ -178,7 +178,7 @@ def test_a_line_at_the_limit_passes_the_cap_unchanged(loads: Loads) -> None:
     assert cap.interventions == before
 
 
-def test_trapezoids_of_somebody_else(loads: Loads) -> None:
+def test_loads_keep_the_limit_in_trapezoids_of_other_planners(loads: Loads) -> None:
     for rng in starts(loads, "trapezoids"):
         here = np.array(loads.robot.plan.here())
         way = np.array([rng.uniform(-1.0, 1.0) for _ in here]) * (0.5, 0.02, 0.8, 0.8)
@@ -194,7 +194,7 @@ def test_trapezoids_of_somebody_else(loads: Loads) -> None:
             assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
 
 
-def test_a_stop_on_the_way_and_a_jog_at_once_after_it(loads: Loads) -> None:
+def test_loads_keep_the_limit_in_a_stop_followed_by_a_jog(loads: Loads) -> None:
     robot = loads.robot
     for rng in starts(loads, "stops"):
         plan = planned(loads, lambda here, rng=rng: robot.plan.move_linear(near(rng, here, 0.35)))

@@ -1,4 +1,4 @@
-"""A second program beside one that moves the arm is refused, and the motion goes on."""
+"""A second program is refused while one moves the arm, and the motion continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replay: what is shown at which time, and the clearance, limits and tool path beside it."""
+"""Replay: positions over time, with clearance, limits and the path of the tool."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3D page")
 from bioscara.viewer import readouts
 from bioscara.viewer.live import Live
 from bioscara.viewer.page import Page
+from bioscara.viewer.played_motion import PlayedMotion
 from bioscara.viewer.player import SPEEDS, Player
-from bioscara.viewer.recording import Recording
 from bioscara.viewer.zones import NEAREST
 from viewer.browser import Browser, wait
 
@@ -36,7 +36,7 @@ NAMES = tuple(limit.name for limit in LIMITS)
 SCENE = Scene((Box("reader", (0.3, -0.6, 0.0), (0.6, -0.4, 0.1)),), table_height=-0.05)
 START, GOAL = (-0.2, 0.2, 0.6, 0.1), (-1.2, 0.1, 1.4, -0.6)
 TRAJECTORY = Trajectory(NAMES, [0.0, 4.0], [START, GOAL], np.zeros((2, 4)))
-RECORDING = Recording.of_trajectory("a motion", TRAJECTORY, NAMES, (0.0,) * 4)
+RECORDING = PlayedMotion.of_trajectory("a motion", TRAJECTORY, NAMES, (0.0,) * 4)
 
 
 @pytest.fixture(scope="module")
@@ -63,10 +63,10 @@ def test_a_recording_is_the_trajectory() -> None:
 
 def test_joints_that_a_trajectory_does_not_name_stay_where_they_are() -> None:
     part = Trajectory(("j3",), [0.0, 1.0], [[0.1], [0.4]])
-    recording = Recording.of_trajectory("part", part, NAMES, START)
+    recording = PlayedMotion.of_trajectory("part", part, NAMES, START)
     assert recording.at(0.5) == pytest.approx((START[0], START[1], 0.25, START[3]))
     with pytest.raises(TrajectoryError, match="j9 is not a joint of the arm; it has j1, j2"):
-        Recording.of_trajectory("", Trajectory(("j9",), [0.0], [[0.0]]), NAMES, START)
+        PlayedMotion.of_trajectory("", Trajectory(("j9",), [0.0], [[0.0]]), NAMES, START)
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
@@ -227,7 +227,7 @@ def test_a_position_near_or_beyond_a_limit_has_a_warning_colour(limit: object) -
 
 
 class Arm:
-    """An arm that is looked at: its answers, in order."""
+    """A running simulated arm: its answers to LOOK, in order."""
 
     def __init__(self, *answers: tuple[float, tuple[float, ...]] | None) -> None:
         self.answers = list(answers)

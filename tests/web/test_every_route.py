@@ -22,12 +22,12 @@ class Expected(NamedTuple):
     """The status of a route.
 
     Attributes:
-        nobody: Without a credential.
+        anonymous: Without a credential.
         viewer: With the token to look.
         operator: With the token to operate.
     """
 
-    nobody: int
+    anonymous: int
     viewer: int
     operator: int
 
@@ -139,7 +139,7 @@ def test_each_route_has_its_row(left: Site) -> None:
 @pytest.mark.parametrize("route", EXPECTED)
 def test_a_route_answers_each_credential_as_expected(route: str, own: Site) -> None:
     expected = EXPECTED[route]
-    assert status(own, route, {}) == expected.nobody
+    assert status(own, route, {}) == expected.anonymous
     assert status(own, route, own.bearer(Scope.VIEW)) == expected.viewer
     assert status(own, route, own.bearer(Scope.OPERATE)) == expected.operator
     assert status(own, route, own.bearer("0" * 32)) == 401
@@ -167,7 +167,7 @@ def test_a_request_from_elsewhere_is_refused_by_each_route(
 
 
 @pytest.mark.parametrize("path", ["/absent", "/api/absent", "/docs", "/page/index.html"])
-def test_a_path_without_a_route_tells_nothing_without_a_token(path: str, left: Site) -> None:
+def test_a_path_without_a_route_needs_a_token_too(path: str, left: Site) -> None:
     assert status(left, f"GET {path}", {}) == 401
     assert status(left, f"GET {path}", left.bearer(Scope.VIEW)) == 404
 

@@ -57,7 +57,9 @@ def test_beyond_this_computer_it_does_not_begin_without_tls(host: str, served: s
         ({"certificate": Path("/absent.crt"), "key": Path("/absent.key")}, "/absent.crt"),
     ],
 )
-def test_what_cannot_be_used_is_refused(options: dict[str, Any], text: str, served: str) -> None:
+def test_unusable_options_of_the_gateway_are_refused(
+    options: dict[str, Any], text: str, served: str
+) -> None:
     with pytest.raises(ConfigurationError, match=re.escape(text)):
         Gateway(GatewaySettings(served, **{"port": 0, **options}))
 

@@ -70,7 +70,7 @@ def _simple(value: object) -> Any:
         fields = {key: getattr(inner, key) for key in inner.__struct_fields__}
         return {_FAILURE: fields}
     if isinstance(value, str):
-        # A name of a file may hold what is no Unicode, which cannot be sent.
+        # The name of a file may have bytes that are no Unicode, which cannot be sent.
         return value.encode(errors="backslashreplace").decode()
     if isinstance(value, int) and not _SMALLEST <= value <= _LARGEST:
         return math.inf if value > 0 else -math.inf

@@ -71,7 +71,7 @@ class Framed:
         return framed(encode_json(self._message))
 
 
-class Frames:
+class MessageSplitter:
     """Splits a stream of bytes into messages.
 
     Args:

@@ -1,7 +1,7 @@
 """Addresses of the pages of gateways, for lists of the arms of this computer.
 
-A gateway has a file beside the socket of its owner, locked for as long as it lives, so that one
-that was killed leaves no address behind.
+A gateway has a file next to its owner's socket, locked for as long as it lives: one that was
+killed leaves no address behind.
 """
 
 from __future__ import annotations

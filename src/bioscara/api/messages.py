@@ -3,7 +3,7 @@
 A connection begins with :class:`ClientHello` and its answer :class:`Welcome`. Then the client sends
 :class:`ClientRequest`, each answered by one :class:`Response` or :class:`RequestFailed` of the same
 number, and the owner sends :class:`StateSample`, :class:`ControllersSample`, :class:`Event` and
-:class:`GoalCycle` to those who subscribed.
+:class:`GoalCycle` to subscribers.
 
 Lengths are in m, angles in rad, times in s. A number that is unknown is NaN, and null in JSON;
 a speed without a limit is infinite, and null in JSON, where a client leaves it out. A pose is
@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Literal
 import msgspec
 
 from bioscara.control.controllers.gripper_messages import GripperGoal
-from bioscara.control.controllers.joint_trajectory.messages import Goal, JointTrajectory, Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import Goal, JointTrajectory, Point
 from bioscara.kinematics import Pose
 from bioscara.model import ArmParameters
 from bioscara.planning import Sample
@@ -40,7 +40,7 @@ OnLeaseLoss = Literal["stop", "finish"]
 
 
 class ApiMessage(msgspec.Struct, frozen=True, tag_field="kind", tag=True):
-    """Base of the messages: the field ``kind`` tells them apart."""
+    """Base of the messages: the field ``kind`` distinguishes them."""
 
 
 class Value(msgspec.Struct, frozen=True):
@@ -217,7 +217,7 @@ class GoalValue(Value, frozen=True):
     Attributes:
         goal: Its number, counted from 1 since the owner began.
         name: What it does, as ``move_to()``.
-        client: Who sent it.
+        client: Name of its client.
         status: ``waiting``, ``running``, ``paused``, ``stopping``, ``succeeded``, ``cancelled`` or
             ``failed``.
         progress: Share that is done, 0 to 1; NaN if that is unknown.
@@ -244,7 +244,7 @@ class GoalValue(Value, frozen=True):
 
 
 class LeaseValue(Value, frozen=True):
-    """Who may command the arm.
+    """Holder of the right to command the arm.
 
     Attributes:
         client: Name of the holder; null if there is none.
@@ -422,7 +422,7 @@ class JogTask(Task, frozen=True, tag="jog"):
     Without one the arm rests after 0.15 s and moves on with the next velocity.
 
     Attributes:
-        expiry: Longest time without a velocity, 0.05 to 0.5 s; null to rest meanwhile.
+        expiry: Longest time without a velocity, 0.05 to 0.5 s; null: the arm waits at rest.
         joints: First velocity of the joints, or null.
         tool: First velocity of the tool, or null; with an expiry one of the two is given.
     """
@@ -523,8 +523,8 @@ class SetTable(WorkspaceChange, frozen=True, kw_only=True, tag="set_table"):
     """Replace the tools, poses and frames that have names.
 
     They are saved in the owner's file, and nothing changes if that cannot be written. Where another
-    program has changed the file meanwhile, the arm has its poses from then on, and the goal fails
-    with a ConflictError.
+    program has changed the file, the arm has the poses of the file from then on, and the goal
+    fails with a ConflictError.
 
     Attributes:
         table: The new one.
@@ -1013,11 +1013,11 @@ class GetIntrospection(Query, frozen=True, tag="get_introspection"):
 
 
 class AcquireLease(Command, frozen=True, kw_only=True, tag="acquire_lease"):
-    """Become the one who commands; answered by :class:`LeaseState`.
+    """Take the lease, the right to command; answered by :class:`LeaseState`.
 
     Attributes:
         time_to_live: Time after which it lapses unless it is renewed, 0.2 to 60 s.
-        force: Whether to take it from another client; an event tells all.
+        force: Whether to take it from another client; all clients get the event.
     """
 
     time_to_live: float = 2.0
@@ -1052,7 +1052,7 @@ class GetHistory(Query, frozen=True, kw_only=True, tag="get_history"):
     """Ask for the :class:`History`; the last ten minutes are kept.
 
     Attributes:
-        begin: First time, on the arm's clock; what is older than the history is left out.
+        begin: First time, on the arm's clock; samples before the begin of the history are left out.
         end: Last time; null for now.
         points: Largest number of points, 2 to 5000.
     """
@@ -1147,7 +1147,7 @@ class ListGoals(Query, frozen=True, tag="list_goals"):
 
 
 class Report(Command, frozen=True, tag="report"):
-    """Tell all clients something, as an event ``report``; needs no lease.
+    """Send a text to all clients, as an event ``report``; needs no lease.
 
     Attributes:
         text: A sentence of up to 500 characters.
@@ -1287,7 +1287,7 @@ class ClientRequest(
         id: Its number, unique in the session and increasing. A request whose number was seen
             before is not carried out again: its answer is repeated, or it is refused if that is not
             kept any more. Only a :class:`Query` is.
-        command: What is requested.
+        command: The request itself.
         epoch: Epoch of the client's lease, for commands that need one.
     """
 
@@ -1421,7 +1421,7 @@ class SimulatedFaultValue(Value, frozen=True):
 
 
 class SimulationState(Result, frozen=True, kw_only=True, tag="simulation"):
-    """What is simulated now.
+    """Faults and speed of a simulated arm.
 
     Attributes:
         available: Whether faults and speed can be chosen: the owner itself simulates the arm.

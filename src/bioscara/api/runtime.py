@@ -1,6 +1,6 @@
 """Sockets of running owners, by the names of their arms.
 
-Each owner holds a lock on a file beside its socket for as long as it lives. Whether an owner runs
+Each owner holds a lock on a file next to its socket for as long as it lives. Whether an owner runs
 is decided by that lock alone: the kernel releases it when the process ends, however it ends.
 Imports the standard library and errors only, as ``bioscara stop`` must be fast.
 """

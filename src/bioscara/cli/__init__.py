@@ -1,11 +1,11 @@
 """The command-line interface: parses the arguments, moves one arm and reports the result.
 
 Begin with ``arguments``, which a ``parser`` with its own messages turns into ``options`` for one of
-``commands``. The commands share ``arm``, which opens the named arm, ``motion``, which moves it with
-a live display, ``target``, which plans the motions of ``plan`` and ``move``, ``teach_table`` with
-the poses of ``--table``, ``signals``, ``terminal`` for jogging by keys and for looking at an arm,
-``watch``, which shows the demonstration in the browser, and ``output`` for all that is shown and
-written. Modules that are slow to import are imported only when needed.
+``commands``. The commands share ``opened_arm``, which opens the named arm, ``motion``, which moves
+it with a live display, ``target``, which plans the motions of ``plan`` and ``move``,
+``teach_table`` with the poses of ``--table``, ``signals``, ``terminal`` for jogging by keys and for
+looking at an arm, ``watch``, which shows the demonstration in the browser, and ``output`` for all
+that is shown and written. Modules that are slow to import are imported only when needed.
 """
 
 from __future__ import annotations

@@ -430,7 +430,7 @@ def _add_owner_commands(commands: Parser) -> None:
     texts = {
         "arms": "List the arms that are served, their processes and their states.",
         "status": "Show the state, the motion, the lease and the faults of an arm.",
-        "lease": "Show who commands an arm, or end that.",
+        "lease": "Show the client that commands an arm, or end its lease.",
         "events": "List what happened to an arm.",
         "logs": "List the log of the process that owns an arm.",
     }
@@ -473,7 +473,7 @@ def _add_view_command(commands: Parser) -> None:
         metavar="SOURCE",
         nargs="?",
         help="folder of a run, recording, trajectory file, sim:/path.sock for the arm that "
-        "'bioscara simulate' runs, beside the program that uses it, or arm:NAME for one that "
+        "'bioscara simulate' runs, while a program uses it, or arm:NAME for one that "
         "'bioscara serve' runs (default: sliders, or the plan to the target)",
     )
     _add_start(view, "joint positions at the start of the plan")

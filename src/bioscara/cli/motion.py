@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, nullcontext
 
-from bioscara.cli.arm import (
+from bioscara.cli.opened_arm import (
     NewWarnings,
     acknowledge_faults,
     at_full_speed,

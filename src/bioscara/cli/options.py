@@ -83,7 +83,7 @@ class Options(argparse.Namespace):
         tls_cert: Its certificate, if given.
         tls_key: The key of the certificate.
         tls_self_signed: Whether it makes a certificate.
-        token_file: File of its tokens; None for the one beside the owner's socket.
+        token_file: File of its tokens; None for the one next to the owner's socket.
         show: Scope whose address alone the web gateway prints; None for all.
         watch: Whether to show the demonstration in the browser.
         recordings: Folder of the recordings that browsers may load.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bioscara.cli.arm import arrange
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
+from bioscara.cli.opened_arm import arrange
 from bioscara.cli.options import FINGERS, Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.errors import InvalidArgumentError

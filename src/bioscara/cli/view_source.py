@@ -23,7 +23,7 @@ from bioscara.remote import RemoteRobot
 from bioscara.report.folder import SAMPLES
 from bioscara.report.recorded import read_run
 from bioscara.sim import Onlooker
-from bioscara.viewer.recording import Recording
+from bioscara.viewer.played_motion import PlayedMotion
 
 _SIMULATED, _SERVED = "sim:", "arm:"
 
@@ -76,7 +76,7 @@ def _look_at_served(name: str) -> Callable[[], tuple[float, Sequence[float]]]:
 
 def recording_from(
     options: Options, parameters: ArmParameters, scene: Scene, arm: Scara
-) -> Recording:
+) -> PlayedMotion:
     """Return the motion in the run folder, recording or trajectory file that SOURCE names.
 
     Args:
@@ -103,7 +103,7 @@ def recording_from(
     return of_trajectory(str(path), trajectory, notes, parameters, scene, arm)
 
 
-def plan_from(options: Options, parameters: ArmParameters) -> tuple[Recording, Scara]:
+def plan_from(options: Options, parameters: ArmParameters) -> tuple[PlayedMotion, Scara]:
     """Return the motion to the target, as ``bioscara plan`` plans it, and the arm with its tool.
 
     Raises:
@@ -113,7 +113,7 @@ def plan_from(options: Options, parameters: ArmParameters) -> tuple[Recording, S
     plan = plan_target(planner, options)
     arm = planner.kinematics
     names = [limit.name for limit in arm.limits]
-    recording = Recording.of_trajectory("plan", plan.trajectory, names, START, plan.notes)
+    recording = PlayedMotion.of_trajectory("plan", plan.trajectory, names, START, plan.notes)
     return recording, arm
 
 
@@ -124,7 +124,7 @@ def of_trajectory(
     parameters: ArmParameters,
     scene: Scene,
     arm: Scara,
-) -> Recording:
+) -> PlayedMotion:
     """Return a trajectory as a recording; whether the arm can execute it is one of its notes."""
     names = [limit.name for limit in arm.limits]
     missing = [name for name in names if name not in trajectory.joint_names]
@@ -135,10 +135,10 @@ def of_trajectory(
         scene.check(arm, trajectory, START)
     except BioscaraError as error:
         notes += (f"'bioscara run' refuses it: {error}",)
-    return Recording.of_trajectory(title, trajectory, names, START, notes)
+    return PlayedMotion.of_trajectory(title, trajectory, names, START, notes)
 
 
-def _run(folder: Path, names: Sequence[str]) -> Recording:
+def _run(folder: Path, names: Sequence[str]) -> PlayedMotion:
     if not (folder / SAMPLES).exists():
         runs = sorted(folder.glob(f"*/{SAMPLES}"), key=lambda path: path.stat().st_mtime)
         hint = (
@@ -152,16 +152,16 @@ def _run(folder: Path, names: Sequence[str]) -> Recording:
     motion = read_run(folder, names)
     phases = tuple(phase.value for phase in motion.phases)
     notes = _left_out(motion.skipped)
-    return Recording(f"run {folder}", motion.times, motion.positions, phases, notes)
+    return PlayedMotion(f"run {folder}", motion.times, motion.positions, phases, notes)
 
 
-def _recorded(path: Path, names: Sequence[str]) -> Recording:
+def _recorded(path: Path, names: Sequence[str]) -> PlayedMotion:
     # Imported here: other sources do without mcap.
     from bioscara.recording.reading.joint_motion import read_motion  # noqa: PLC0415
 
     motion = read_motion(path, names)
     notes = _left_out(motion.skipped)
-    return Recording(f"recording {path}", motion.times, motion.positions, motion.moving, notes)
+    return PlayedMotion(f"recording {path}", motion.times, motion.positions, motion.moving, notes)
 
 
 def _left_out(skipped: float) -> tuple[str, ...]:

@@ -110,7 +110,7 @@ def _shown(address: str) -> Iterator[str]:
     path.unlink(missing_ok=True)
     _write_private(path, f'<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n')
     try:
-        # Beside: some browsers end only when their window is closed.
+        # In a thread: some browsers end only when their window is closed.
         Thread(target=_open, args=(path.as_uri(),), daemon=True).start()
         yield url
     finally:

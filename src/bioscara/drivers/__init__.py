@@ -18,5 +18,5 @@ from bioscara.drivers.joint.sample import Quality as Quality
 from bioscara.drivers.joint.sample import Setpoint as Setpoint
 from bioscara.drivers.joint.transmission import Transmission as Transmission
 from bioscara.drivers.link.handshake import await_power_up as await_power_up
-from bioscara.drivers.link.messages import FaultReport as FaultReport
-from bioscara.drivers.link.messages import Hello as Hello
+from bioscara.drivers.link.joint_reports import FaultReport as FaultReport
+from bioscara.drivers.link.joint_reports import Hello as Hello

@@ -1,8 +1,8 @@
 """The robot description that comes with the package, and that of an arm with other values.
 
 It is generated from ``parameters.yaml``, the xacro files next to it and the drawing in ``parts`` by
-``tools/description.py``; ``make check`` compares. What follows from the parameters alone is changed
-here for another arm; meshes and masses are those of the drawing and stay.
+``tools/description.py``; ``make check`` compares. Values that follow from the parameters alone are
+changed here for another arm; meshes and masses are those of the drawing and stay.
 """
 
 from __future__ import annotations

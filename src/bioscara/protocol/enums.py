@@ -86,7 +86,7 @@ class JointState(IntEnum):
 
 
 class Fault(IntEnum):
-    """Why the joint stopped by itself, in FAULT. A number never changes its meaning."""
+    """Cause of an autonomous stop of the joint, in FAULT. A number never changes its meaning."""
 
     NONE = 0
     STALL = 1

@@ -158,7 +158,7 @@ length of a register equals its version 2 length.
   `BOOTLOADER`, both with the boot id of `HELLO`, nothing between them, in a disabled joint.
 - Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
   ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
-  registers marked below; polls never count. A command that runs by itself (HOME, MOVESTEPS and
+  registers marked below; polls never count. A self-running command (HOME, MOVESTEPS and
   their like) is kept alive by writing WATCHDOG. A version 1 session has no such register, so
   there any intact frame keeps such a command alive, for 250 ms; setpoints it must repeat.
 
@@ -168,13 +168,13 @@ A frame has at most 13 bytes after its address byte. Of damage to it the CRC det
 
 - every error of one, two or three bits, and of any odd number of bits;
 - every burst of up to 8 bits;
-- all but 0.8 % of the errors of four bits, and all but 1 in 256 of what is mere noise.
+- 99.2 % of the errors of four bits, and 255 of 256 frames of noise.
 
-What passes the CRC has to be of a known register, its exact length, finite and within the limits of
-its fields before it is executed. A copy of a frame is recognised while its sequence number is among
-the last 128; one that is older counts as new. There is no secret in a frame: the check is against
-noise on the wires, and everything that can write to the bus can move the arm. Version 1 has no
-check at all.
+A frame that passes the CRC is executed only if it is of a known register, has its exact length, and
+is finite and within the limits of its fields. A copy of a frame is recognised while its sequence
+number is among the last 128; one that is older counts as new. There is no secret in a frame: the
+check is against noise on the wires, and everything that can write to the bus can move the arm.
+Version 1 has no check at all.
 """
 
 

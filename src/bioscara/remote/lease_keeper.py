@@ -18,8 +18,8 @@ _RENEWALS = 4
 class LeaseKeeper:
     """Takes the lease with the first command, and renews it.
 
-    A lease that another one has ended, by a stop or a takeover, is not taken again by itself: the
-    program may not know that the arm was stopped.
+    A lease that another one has ended, by a stop or a takeover, is not taken again
+    automatically: the program may not know that the arm was stopped.
 
     Args:
         link: The connection.

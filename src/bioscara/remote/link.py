@@ -146,7 +146,7 @@ class OwnerLink:
         self._subscribe()
         self._start_reading(frames, waiting)
 
-    def _start_reading(self, frames: framing.Frames, waiting: list[m.FromOwner]) -> None:
+    def _start_reading(self, frames: framing.MessageSplitter, waiting: list[m.FromOwner]) -> None:
         self._reader = threading.Thread(
             target=self._read,
             args=(frames, waiting),
@@ -207,7 +207,7 @@ class OwnerLink:
         """Send a request and return its result.
 
         Args:
-            command: What is requested.
+            command: The request.
             epoch: Epoch of the lease, for commands that need one.
             arrived: Called with the result when it comes, also if this call was interrupted before,
                 as by Ctrl-C; in the thread of the connection, so that it must not make requests.
@@ -279,7 +279,7 @@ class OwnerLink:
         self._subscribe()
         self._start_reading(frames, waiting)
 
-    def _connect(self) -> tuple[framing.Frames, list[m.FromOwner]]:
+    def _connect(self) -> tuple[framing.MessageSplitter, list[m.FromOwner]]:
         """Return the frames after the greeting, and messages that came with it."""
         path = find(self.name).socket
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
@@ -291,7 +291,7 @@ class OwnerLink:
             # An owner that refuses this client says why, and may not read this.
             with suppress(BrokenPipeError, ConnectionResetError):
                 connection.sendall(framing.packed(hello))
-            frames = framing.Frames(framing.ANSWER_MAX)
+            frames = framing.MessageSplitter(framing.ANSWER_MAX)
             messages: list[m.FromOwner] = []
             while not messages:
                 data = connection.recv(_CHUNK)
@@ -332,7 +332,7 @@ class OwnerLink:
                 if not isinstance(error, OSError):
                     raise
 
-    def _read(self, frames: framing.Frames, waiting: list[m.FromOwner]) -> None:
+    def _read(self, frames: framing.MessageSplitter, waiting: list[m.FromOwner]) -> None:
         while not self._closed:
             for message in waiting:
                 self._take(message)
@@ -354,7 +354,7 @@ class OwnerLink:
                 return
         self._drop()
 
-    def _resume(self) -> tuple[framing.Frames, list[m.FromOwner]]:
+    def _resume(self) -> tuple[framing.MessageSplitter, list[m.FromOwner]]:
         """Connect again, and ask for the answers that were missed.
 
         Raises:

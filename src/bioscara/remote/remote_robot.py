@@ -443,7 +443,7 @@ class RemoteRobot:
     @tool.setter
     def tool(self, tool: str | Tool) -> None:
         name = tool.name if isinstance(tool, Tool) else tool
-        # With the errors of a robot for what is no name.
+        # It raises the errors of a robot for an unknown name.
         self.workspace.table.tool(name)
         self._do(m.SetTool(name=name))
 
@@ -768,7 +768,7 @@ class RemoteRobot:
                     self._command(m.SetJogVelocity(goal=operation.goal, tool=velocity))
                 pause.wait(_JOG_PERIOD)
         except LeaseError:
-            # Whoever ended the lease has stopped the jog, which tells its end.
+            # The end of the lease has stopped the jog, whose end is an event.
             return
         except BaseException as error:  # noqa: BLE001  raised by result()
             if not operation.done:

@@ -10,8 +10,8 @@ clock, and nothing here may stop a motion: files that cannot be written are repo
 ``plan_png`` and ``plan_views`` draw plans.
 """
 
+from bioscara.report.cycles import CycleHistory as CycleHistory
 from bioscara.report.cycles import CycleRecord as CycleRecord
-from bioscara.report.cycles import History as History
 from bioscara.report.cycles import JointRecord as JointRecord
 from bioscara.report.cycles import Phase as Phase
 from bioscara.report.cycles import SampleQuality as SampleQuality

@@ -89,7 +89,7 @@ class CycleRecord(NamedTuple):
     joints: tuple[JointRecord, ...]
 
 
-class History:
+class CycleHistory:
     """Every cycle of a run, stored by column: an hour at 100 Hz takes about 80 MB.
 
     Args:

@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 
 from bioscara.errors import ConfigurationError
-from bioscara.report.cycles import History
+from bioscara.report.cycles import CycleHistory
 from bioscara.report.samples import ROW_BYTES, SampleWriter
 from bioscara.report.summary import RunSummary
 from bioscara.whole_files import replacing
@@ -82,7 +82,7 @@ class RunFolder:
             )
         return cls(path, samples, made)
 
-    def finish(self, summary: RunSummary, history: History) -> tuple[list[Path], list[str]]:
+    def finish(self, summary: RunSummary, history: CycleHistory) -> tuple[list[Path], list[str]]:
         """Close the samples and write report and plots.
 
         If one of them cannot be written, the others are still written.

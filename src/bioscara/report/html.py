@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bioscara.printing import printable
-from bioscara.report.cycles import History, Phase
+from bioscara.report.cycles import CycleHistory, Phase
 from bioscara.report.statistics import loop_statistics, measured_time, phase_mask, tracking
 from bioscara.report.summary import RunSummary
 from bioscara.report.text import (
@@ -26,7 +26,7 @@ MAX_POINTS = 4000
 """Points per curve; with more cycles, each point is the worst of several cycles."""
 
 
-def render(summary: RunSummary, history: History) -> str:
+def render(summary: RunSummary, history: CycleHistory) -> str:
     """Return the page; all external text is escaped."""
     moving = np.flatnonzero(~phase_mask(history, Phase.HOMING))
     shown = _thin(history, moving)
@@ -57,7 +57,7 @@ def _resource(name: str) -> str:
     return files("bioscara.report").joinpath(name).read_text("utf-8")
 
 
-def _facts(summary: RunSummary, history: History) -> str:
+def _facts(summary: RunSummary, history: CycleHistory) -> str:
     facts = [
         ("arm", summary.arm),
         ("trajectory", summary.source),
@@ -84,7 +84,7 @@ def _shown(shown: int, total: int) -> str:
     return f"{shown} of {total} cycles are shown, of each group the one with the largest error."
 
 
-def _thin(history: History, cycles: NDArray[np.intp]) -> NDArray[np.intp]:
+def _thin(history: CycleHistory, cycles: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return at most about MAX_POINTS of ``cycles``, of each group the one with the worst error."""
     size = -(-len(cycles) // MAX_POINTS)
     if size <= 1:
@@ -100,7 +100,7 @@ def _thin(history: History, cycles: NDArray[np.intp]) -> NDArray[np.intp]:
     return cycles[worst]
 
 
-def _data(summary: RunSummary, history: History, cycles: NDArray[np.intp]) -> str:
+def _data(summary: RunSummary, history: CycleHistory, cycles: NDArray[np.intp]) -> str:
     joints = []
     for index, joint in enumerate(summary.joints):
         columns = history.columns[index]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bioscara.report.cycles import History, Phase
+from bioscara.report.cycles import CycleHistory, Phase
 from bioscara.report.statistics import measured_time, phase_mask
 from bioscara.report.summary import RunSummary
 from bioscara.report.text import outcome_line
@@ -39,7 +39,7 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
             figure.savefig(partial, dpi=dpi, format="png")
 
 
-def write(path: Path, summary: RunSummary, history: History) -> None:
+def write(path: Path, summary: RunSummary, history: CycleHistory) -> None:
     """Draw position, velocity and tracking error of every joint.
 
     Raises:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bioscara.report.cycles import History, Phase, SampleQuality
+from bioscara.report.cycles import CycleHistory, Phase, SampleQuality
 
 LOOP = (Phase.APPROACH, Phase.TRAJECTORY, Phase.SETTLING, Phase.STOPPING)
 """Phases in which the loop runs at a fixed rate; homing is only polled."""
@@ -59,12 +59,12 @@ class LoopStatistics:
     stale: int
 
 
-def phase_mask(history: History, *phases: Phase) -> NDArray[np.bool_]:
+def phase_mask(history: CycleHistory, *phases: Phase) -> NDArray[np.bool_]:
     """Return which cycles belong to ``phases``, shape (cycles,)."""
     return np.fromiter((phase in phases for phase in history.phases), bool, len(history))
 
 
-def tracking(history: History, joint: int) -> Tracking:
+def tracking(history: CycleHistory, joint: int) -> Tracking:
     """Return the tracking error of the joint of this index."""
     columns = history.columns[joint]
     good = np.asarray(columns.quality) == SampleQuality.GOOD
@@ -87,19 +87,19 @@ def tracking(history: History, joint: int) -> Tracking:
     )
 
 
-def measured_time(history: History, joint: int) -> NDArray[np.float64]:
+def measured_time(history: CycleHistory, joint: int) -> NDArray[np.float64]:
     """Return the time of each sample of a joint [s in the trajectory], shape (cycles,)."""
     offset = np.asarray(history.columns[joint].time) - np.asarray(history.start)
     return np.asarray(history.trajectory_time + offset, dtype=np.float64)
 
 
-def duration(history: History, *phases: Phase) -> float:
+def duration(history: CycleHistory, *phases: Phase) -> float:
     """Return the time from the first to the last cycle of ``phases`` [s]; NaN if there is none."""
     start = np.asarray(history.start)[phase_mask(history, *phases)]
     return float(start[-1] - start[0]) if len(start) else float("nan")
 
 
-def loop_statistics(history: History) -> LoopStatistics:
+def loop_statistics(history: CycleHistory) -> LoopStatistics:
     """Return the timing of the loop and the bus."""
     nan = float("nan")
     mask = phase_mask(history, *LOOP)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import isnan
 
 from bioscara.printing import printable
-from bioscara.report.cycles import History, Phase
+from bioscara.report.cycles import CycleHistory, Phase
 from bioscara.report.statistics import (
     LOOP,
     LoopStatistics,
@@ -21,7 +21,7 @@ TRACKING = ("error max", "at", "error rms", "at the end", "speed max", "samples"
 """Headings of the cells of :func:`tracking_cells`."""
 
 
-def render(summary: RunSummary, history: History) -> str:
+def render(summary: RunSummary, history: CycleHistory) -> str:
     """Return the report in lines that fit in 80 characters, except for names and messages."""
     lines = [
         f"bioscara {summary.version}: {summary.title}",
@@ -56,7 +56,7 @@ def outcome_line(summary: RunSummary) -> str:
     return f"{summary.outcome.value.upper()}: {summary.message}"
 
 
-def duration_line(summary: RunSummary, history: History) -> str:
+def duration_line(summary: RunSummary, history: CycleHistory) -> str:
     """Return the durations of the trajectory and of the parts of the run, in words."""
     homing, motion = duration(history, Phase.HOMING), duration(history, *LOOP)
     return (
@@ -65,7 +65,7 @@ def duration_line(summary: RunSummary, history: History) -> str:
     )
 
 
-def tracking_table(summary: RunSummary, history: History) -> list[str]:
+def tracking_table(summary: RunSummary, history: CycleHistory) -> list[str]:
     """Return the tracking errors as lines of a table."""
     rows = [("tracking", *TRACKING)]
     for index, joint in enumerate(summary.joints):

@@ -105,7 +105,7 @@ class Arm:
     @property
     def workspace(self) -> Workspace:
         """Tool, scene, load, speed limit and the widths that the jaws may have now."""
-        # Another thread may replace the workspace meanwhile, which must not be undone here.
+        # Another thread may replace the workspace at the same time: that must not be undone.
         with self._arranging:
             self._workspace = self._workspace.with_widths(*self.jaws.range())
             return self._workspace
@@ -256,7 +256,7 @@ class Arm:
         _ = self.stack
         speed, clock = number("speed", speed), self.session.clock
         if priority is not None:
-            # Here too: an error in the thread of the loop would end the loop, and nobody saw why.
+            # Here too: an error in the thread of the loop would end the loop without a message.
             with realtime(priority := whole("priority", priority)):
                 pass
         if not 0.0 < speed <= _FASTEST:
@@ -333,7 +333,7 @@ class Arm:
                 operation.step()
 
     def restart_loop(self, operation: Operation[Any]) -> None:
-        """Begin the cycles anew after a time without them, unless the arm moves meanwhile.
+        """Begin the cycles anew after a time without them, unless the arm is moving.
 
         Args:
             operation: What took that time; another operation may move the arm.

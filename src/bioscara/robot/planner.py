@@ -26,7 +26,7 @@ from bioscara.planning.limits import (
     check_share,
 )
 from bioscara.planning.motions.cartesian import circular, linear
-from bioscara.planning.motions.jog import Jog
+from bioscara.planning.motions.jog import JogGenerator
 from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.planning.motions.sequence import sequence
 from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
@@ -255,7 +255,7 @@ class Planner:
             acceleration_scaling=acceleration_scaling,
         )
 
-    def jog(self, start: Sequence[float]) -> Jog:
+    def jog(self, start: Sequence[float]) -> JogGenerator:
         """Return a jog that starts at rest.
 
         Args:
@@ -269,7 +269,7 @@ class Planner:
             self._clipped_at_end_stops(self._joint_positions("the start", start))
         )
         workspace = self.workspace
-        return Jog(
+        return JogGenerator(
             workspace.kinematics,
             self._planned_limits,
             start,

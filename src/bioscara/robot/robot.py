@@ -28,7 +28,6 @@ from bioscara.robot.arm import Arm
 from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
-from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.fault_handling import Acknowledge, Recover
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, MakePlan, checked
@@ -38,6 +37,7 @@ from bioscara.robot.operations.motions.jog import Jog, Velocity
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, Enable
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable

@@ -13,7 +13,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from bioscara.errors import BioscaraError
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm_time import ArmTime
-from bioscara.ros.controllers.goals import Goals
+from bioscara.ros.controllers.goals import GoalEnds
 from bioscara.ros.owner import OwnerConnection
 
 SERVICES = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
@@ -40,7 +40,7 @@ class Bridge:
     description: RobotDescription
     owner: OwnerConnection
     time: ArmTime
-    goals: Goals = field(default_factory=Goals)
+    goals: GoalEnds = field(default_factory=GoalEnds)
     serial: Any = field(default_factory=MutuallyExclusiveCallbackGroup)
     parallel: Any = field(default_factory=ReentrantCallbackGroup)
 

@@ -2,5 +2,5 @@
 
 Begin with ``recording_file``, a file while it is written. ``topics`` lists its topics with the
 types of their messages; ``joint_states`` encodes the state of all joints in each cycle and
-``texts`` the rest, both with ``cdr``. ``recording`` reads such files.
+``texts`` the rest, both with ``cdr``. The package ``recording`` reads such files.
 """

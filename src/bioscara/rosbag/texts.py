@@ -7,7 +7,7 @@ from enum import IntEnum
 from bioscara.rosbag.cdr import CdrMessage
 
 
-class Level(IntEnum):
+class LogLevel(IntEnum):
     """Level of an entry of the log, as rcl_interfaces numbers it."""
 
     INFO = 20
@@ -23,7 +23,7 @@ def text_message(text: str) -> bytes:
 
 
 def log_message(
-    stamp: int, level: Level, name: str, text: str, *, file: str, function: str, line: int
+    stamp: int, level: LogLevel, name: str, text: str, *, file: str, function: str, line: int
 ) -> bytes:
     """Return a rcl_interfaces/Log.
 

@@ -205,7 +205,7 @@ class Owner:
         """Carry out a command.
 
         Args:
-            client: Who sent it.
+            client: Its sender.
             command: The command.
             epoch: Epoch of its lease, if it carries one.
             clients: Number of connections.
@@ -234,7 +234,7 @@ class Owner:
                 if self.controllers_wanted
                 else None
             )
-        except Exception as error:  # noqa: BLE001  the loop must go on, and what is wrong is shown
+        except Exception as error:  # noqa: BLE001  the loop must go on, and the error is shown
             self._post(partial(self._warn, f"the state cannot be sampled: {error!r}"))
             return
         if not self._posted:
@@ -248,7 +248,7 @@ class Owner:
             self._lose_lease(f"the lease of {client} has lapsed", client)
 
     def tick(self) -> None:
-        """Do what is due even if the control loop does not run: called now and then."""
+        """Do the periodic work that needs no control loop: called now and then."""
         self.expire()
         if not self.robot.arm.watched:
             self.report_ended()
@@ -269,7 +269,7 @@ class Owner:
         self.expire()
         # Clients that see an end see the state after it.
         self.report_ended(self.sample.cycle)
-        # The arm may be disconnected meanwhile, in the thread that ends the service.
+        # The thread that ends the service may disconnect the arm at the same time.
         with suppress(NotInitializedError):
             self._report_faults()
             self._report_warnings()
@@ -371,7 +371,7 @@ class Owner:
         Args:
             name: Name of an operation. Called once its devices are claimed, the function misses no
                 stop: one from then on reaches the operation itself.
-            client: Who begins it.
+            client: The client that begins it.
             epoch: Epoch of its lease.
         """
         stops = self._stops
@@ -396,7 +396,7 @@ class Owner:
 
         Args:
             operation: The operation.
-            client: Who began it.
+            client: The client that began it.
             epoch: Epoch of its lease.
             on_lease_loss: Whether it stops or finishes when that lapses.
             number: A number that was reserved for it; 0 for the next.

@@ -78,7 +78,7 @@ async def serve(
     loop = asyncio.get_running_loop()
 
     def post(function: Callable[[], object]) -> None:
-        # The loop may have ended since: then nobody is there for it.
+        # The loop may have ended since: then there is no receiver.
         with suppress(RuntimeError):
             loop.call_soon_threadsafe(function)
 

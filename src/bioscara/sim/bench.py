@@ -1,7 +1,7 @@
 """The bench of a simulated arm: faults that a person switches on to see what the software does.
 
-Each is applied to the arm or to its bus, ends by itself or can be switched off, and is listed while
-it lasts, so that a client that connects later sees the cause in the arm.
+Each is applied to the arm or to its bus, ends after a time or can be switched off, and is listed
+while it lasts, so that a client that connects later sees the cause in the arm.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import NamedTuple
 from bioscara.arguments import number
 from bioscara.bus import Direction, FaultyBus, Injection, Transaction, When
 from bioscara.errors import CommunicationError, InvalidArgumentError, LimitError
-from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.firmware_bus import FirmwareBus
+from bioscara.sim.simulated_arm import JOINTS, SimulatedArm
 from bioscara.spelling import did_you_mean
 
 _WATCHDOG = 0.2
@@ -38,7 +38,7 @@ class SimulatedFault(NamedTuple):
     since: float
 
 
-class Kind(NamedTuple):
+class FaultRange(NamedTuple):
     """What a fault needs.
 
     Attributes:
@@ -46,7 +46,7 @@ class Kind(NamedTuple):
         lower: Smallest value.
         upper: Largest value.
         unit: Unit of the value; empty for switches and shares.
-        off: The value that ends it; NaN if it ends by itself or by another one.
+        off: The value that ends it; NaN if it ends after a time or by another one.
     """
 
     of_joint: bool
@@ -57,20 +57,20 @@ class Kind(NamedTuple):
 
 
 FAULTS = {
-    "reset": Kind(True, off=math.nan),
-    "power": Kind(True, off=1.0),
-    "hang": Kind(True),
-    "overheat": Kind(True),
-    "freeze_encoder": Kind(True),
-    "obstacle": Kind(True, -10.0, 10.0, "rad or m", math.nan),
-    "clear_obstacles": Kind(True, off=math.nan),
-    "push": Kind(True, -1000.0, 1000.0, "N m or N"),
-    "motor_power": Kind(False, off=1.0),
-    "brown_out": Kind(False, 0.01, 10.0, "s", math.nan),
-    "bus_flips": Kind(False, 0.0, 1e-2),
-    "bus_loss": Kind(False),
-    "bus_stuck": Kind(False),
-    "clear": Kind(False, off=math.nan),
+    "reset": FaultRange(True, off=math.nan),
+    "power": FaultRange(True, off=1.0),
+    "hang": FaultRange(True),
+    "overheat": FaultRange(True),
+    "freeze_encoder": FaultRange(True),
+    "obstacle": FaultRange(True, -10.0, 10.0, "rad or m", math.nan),
+    "clear_obstacles": FaultRange(True, off=math.nan),
+    "push": FaultRange(True, -1000.0, 1000.0, "N m or N"),
+    "motor_power": FaultRange(False, off=1.0),
+    "brown_out": FaultRange(False, 0.01, 10.0, "s", math.nan),
+    "bus_flips": FaultRange(False, 0.0, 1e-2),
+    "bus_loss": FaultRange(False),
+    "bus_stuck": FaultRange(False),
+    "clear": FaultRange(False, off=math.nan),
 }
 """The faults, and the two that end others: ``clear_obstacles`` of a joint, and ``clear`` all."""
 

@@ -11,7 +11,7 @@ from bioscara.errors import (
     CommunicationError,
     NoAcknowledgeError,
 )
-from bioscara.sim.arm import SimulatedArm
+from bioscara.sim.simulated_arm import SimulatedArm
 
 _NO_ACKNOWLEDGE = 1
 

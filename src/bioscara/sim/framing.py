@@ -3,7 +3,7 @@
 A frame is ``u16 size, u8 kind, u32 sequence`` and ``size`` bytes, little endian. A host sends HELLO
 with sequence 0 and gets WELCOME, then REQUESTs numbered from 1, each answered by the REPLY of the
 same number. REFUSAL carries a sentence and is the last frame of a connection. A program that only
-looks at the arm sends no HELLO but LOOKs numbered from 0, each answered by the STATE of the same
+reads the arm sends no HELLO but LOOKs numbered from 0, each answered by the STATE of the same
 number; it uses no bus and is no host.
 
     HELLO    4s magic, u8 version
@@ -70,7 +70,7 @@ _SIZE_MAX = {
 }
 
 
-class Frame(NamedTuple):
+class Packet(NamedTuple):
     """One frame.
 
     Attributes:
@@ -101,7 +101,7 @@ def encode_frame(kind: FrameKind, sequence: int, body: bytes = b"") -> bytes:
     return _HEADER.pack(len(body), kind, sequence) + body
 
 
-def next_frame(buffer: bytearray) -> Frame | None:
+def next_frame(buffer: bytearray) -> Packet | None:
     """Remove the first frame from ``buffer`` and return it; None while it is not complete.
 
     Raises:
@@ -121,10 +121,10 @@ def next_frame(buffer: bytearray) -> Frame | None:
         return None
     body = bytes(buffer[_HEADER.size : end])
     del buffer[:end]
-    return Frame(FrameKind(kind), sequence, body)
+    return Packet(FrameKind(kind), sequence, body)
 
 
-def expect(frame: Frame, kind: FrameKind, sequence: int) -> bytes:
+def expect(frame: Packet, kind: FrameKind, sequence: int) -> bytes:
     """Return the body of ``frame``.
 
     Raises:

@@ -15,12 +15,11 @@ from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
 from bioscara.scheduling import ProcessorWait, wake_on_time
-from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.framing import (
     TEXT_MAX,
     ArmState,
-    Frame,
     FrameKind,
+    Packet,
     check_hello,
     decode_request,
     encode_frame,
@@ -29,6 +28,7 @@ from bioscara.sim.framing import (
     expect,
     next_frame,
 )
+from bioscara.sim.simulated_arm import JOINTS, SimulatedArm
 
 _STEP = 0.002
 """Lag of simulated time behind real time that is allowed without requests [s]."""
@@ -137,7 +137,7 @@ class _Client:
             raise ConnectionAbortedError("closed by the client")
         self._inbox += part
 
-    def next_frame(self, now: float) -> Frame | None:
+    def next_frame(self, now: float) -> Packet | None:
         """Return the next whole frame; a partial one gets a deadline with its first byte.
 
         Raises:
@@ -319,7 +319,7 @@ class _Server:
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), now, end)
         client.sequence = (client.sequence + 1) % _SEQUENCES
 
-    def _show(self, client: _Client, frame: Frame, now: float) -> None:
+    def _show(self, client: _Client, frame: Packet, now: float) -> None:
         """Answer a LOOK: no bus transaction takes place, and no simulated time passes."""
         expect(frame, FrameKind.LOOK, client.sequence)
         arm = self._arm

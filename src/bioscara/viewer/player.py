@@ -10,7 +10,7 @@ import viser
 from bioscara.kinematics import batch
 from bioscara.viewer import readouts
 from bioscara.viewer.page import Page
-from bioscara.viewer.recording import Recording
+from bioscara.viewer.played_motion import PlayedMotion
 
 SPEEDS = ("0.1x", "0.25x", "0.5x", "1x", "2x", "5x", "10x")
 """Speeds to choose from, as multiples of real time."""
@@ -33,7 +33,7 @@ class Player:
         playing: Whether time passes.
     """
 
-    def __init__(self, page: Page, recording: Recording) -> None:
+    def __init__(self, page: Page, recording: PlayedMotion) -> None:
         self._page, self._recording = page, recording
         self.time, self.playing = recording.start, False
         self._wanted: float | None = None

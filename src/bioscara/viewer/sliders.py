@@ -40,7 +40,7 @@ class Sliders:
         self._page.show({joint: min(max(position, limits.lower), limits.upper)})
 
     def step(self, now: float) -> None:
-        """Do nothing: the sliders act by themselves."""
+        """Do nothing: the sliders act in callbacks."""
 
     def _slider(self, name: str) -> viser.GuiSliderHandle[float]:
         joint = self._joints[name]

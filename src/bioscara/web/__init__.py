@@ -1,7 +1,7 @@
 """The gateway for the web: a client of an arm's owner that browsers can reach.
 
 Begin with ``app``, which joins the ``routes`` with the settings of ``settings``. ``access`` checks
-each request before a route sees it: who asks, from where and how often. ``owner`` are the
+each request before a route sees it: its sender, origin and rate. ``owner`` are the
 connections to the owner of the arm, also for a WebSocket. ``gateway`` listens, with TLS. Needs the
 extra ``web``.
 """

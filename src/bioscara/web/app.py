@@ -40,7 +40,7 @@ from bioscara.web.routes.work import Work
 from bioscara.web.settings import WebSettings
 
 PUBLIC = frozenset({*page.ASSETS, "/healthz", "/session"})
-"""Paths that need no credential: they tell nothing of the arm."""
+"""Paths that need no credential: they reveal nothing of the arm."""
 _TYPES: tuple[type[Any], ...] = (
     session.SignIn,
     ArmModel,

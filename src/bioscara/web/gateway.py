@@ -31,7 +31,7 @@ from bioscara.web.app import guarded, make_app
 from bioscara.web.settings import WebSettings
 
 CONNECTIONS = 256
-"""Connections at once, above which others are told to wait."""
+"""Connections at once; further ones are asked to wait."""
 SENT_AHEAD = 16 << 10
 """Bytes that the system keeps for a client that does not read; Linux doubles it."""
 _REQUEST_TIMEOUT = 10.0
@@ -54,7 +54,7 @@ class GatewaySettings:
         host: Name or address to listen on.
         port: TCP port; 0 for a free one.
         allowed_hosts: Further names by which browsers call this computer.
-        token_file: File of the tokens; None for the one beside the owner's socket.
+        token_file: File of the tokens; None for the one next to the owner's socket.
         certificate: File of the certificate; None for none, or a self-signed one.
         key: File of its key; given if the certificate is.
         self_signed: Whether to make a certificate.

@@ -18,7 +18,7 @@ from bioscara.cli.output.live_view import PlainView, make_view, state_word
 from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
 from bioscara.protocol import Flags
-from bioscara.report import CycleRecord, History, JointRecord, Phase, SampleQuality
+from bioscara.report import CycleHistory, CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import SampleWriter
 
 JOINTS = (("j1", "rad"), ("j2", "m"))
@@ -34,8 +34,8 @@ def cycle(index: int = 0, **changes: object) -> CycleRecord:
     )
 
 
-def observe(path: Path, count: int, view: PlainView) -> tuple[Observer, History]:
-    history = History(("j1", "j2"))
+def observe(path: Path, count: int, view: PlainView) -> tuple[Observer, CycleHistory]:
+    history = CycleHistory(("j1", "j2"))
     samples = SampleWriter(path, history.joint_names)
     with Observer(view, samples, history) as observer:
         for index in range(count):

@@ -45,7 +45,7 @@ def test_keys_are_not_echoed_and_ctrl_z_does_not_suspend(terminal: tuple[int, in
     assert termios.tcgetattr(program) == before
 
 
-def test_what_is_no_terminal_is_refused() -> None:
+def test_a_stream_that_is_no_terminal_is_refused() -> None:
     reader, writer = os.pipe()
     with pytest.raises(InvalidArgumentError, match="run it in a terminal"):
         Keyboard(reader)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.clock import SimulatedClock
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.gripper_messages import GripperGoal, GripperGoalHandle
 from bioscara.control.limits.limiter import Limiter, joint_limiters
@@ -163,7 +163,7 @@ def test_a_servo_without_feedback_takes_the_time_that_it_needs(width: float) -> 
     assert took < 0.1
 
 
-def test_the_speed_that_a_told_position_is_believed_at_is_a_parameter() -> None:
+def test_the_assumed_speed_of_a_servo_without_feedback_is_a_parameter() -> None:
     bench = Bench(math.inf, velocity_limit=0.02)
     handle = bench.go(0.12)
     took = bench.finish(handle)
@@ -208,7 +208,7 @@ def test_rule_71_below_the_velocity_threshold_is_no_motion(speed: float, ends: G
 
 
 @pytest.mark.parametrize("tremble", [0.002, -0.002])
-def test_rule_71_what_moves_without_getting_anywhere_is_not_stalled(tremble: float) -> None:
+def test_rule_71_jaws_that_move_to_and_fro_are_not_stalled(tremble: float) -> None:
     bench = Bench(0.1, blocked=0.06)
     bench.jaws.tremble = tremble
     handle = bench.go(0.04)
@@ -216,7 +216,7 @@ def test_rule_71_what_moves_without_getting_anywhere_is_not_stalled(tremble: flo
     assert handle.status is GoalStatus.EXECUTING
 
 
-def test_rule_71_jaws_that_come_to_where_they_were_told_at_once_are_not_stalled() -> None:
+def test_rule_71_jaws_that_reach_their_goal_at_once_are_not_stalled() -> None:
     bench = Bench(math.inf, velocity_limit=0.02)
     handle = bench.go(0.12)
     assert bench.finish(handle) > 1.1
@@ -422,7 +422,7 @@ def on(servo: SimulatedServo, folder: Path, **values: object) -> Bench:
     return Bench(hardware=GripperHardware("gripper", "gripper", driver, clock), **values)
 
 
-def test_the_servo_is_told_the_goal_at_once_and_the_goal_ends_when_the_jaws_can_be_there(
+def test_the_servo_gets_the_goal_at_once_and_the_goal_ends_when_the_jaws_can_have_reached_it(
     servo: SimulatedServo, tmp_path: Path
 ) -> None:
     bench = on(servo, tmp_path)

@@ -167,7 +167,7 @@ def test_after_homing_a_joint_starts_from_where_it_is_not_from_where_it_was_befo
     assert world.supervisor.faults == []
 
 
-def test_rule_70_all_joints_are_told_of_extra_joints_at_0_and_nothing_while_inactive() -> None:
+def test_rule_70_all_joints_are_published_extra_joints_as_0_and_none_while_inactive() -> None:
     world = World(at={"j1": 0.3})
     controller = broadcaster(world, extra_joints=("gripper",))
     assert controller.states is None
@@ -194,7 +194,7 @@ def test_rule_70_all_joints_are_told_of_extra_joints_at_0_and_nothing_while_inac
     assert controller.dynamic_states == ()
 
 
-def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None:
+def test_rule_70_unknown_and_missing_values_are_nan() -> None:
     world, box = World(home=False), Box()
     manager = ControllerManager(
         (world.hardware, box), Limiter(joint_limiters((world.hardware, box))), 100
@@ -218,7 +218,7 @@ def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None
     assert controller.state is LifecycleState.INACTIVE
 
 
-def test_rule_70_a_joint_with_a_single_interface_is_told_of() -> None:
+def test_rule_70_a_joint_with_a_single_interface_is_published() -> None:
     box = Box()
     del box.states["g/switch"]
     manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)

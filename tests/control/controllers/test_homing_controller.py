@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bioscara.bus.injection import Direction, When
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.homing_controller import HomingController, HomingGoal
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState

@@ -29,7 +29,7 @@ from bioscara.control.limits.tool_speed import ToolSpeedCap
 from bioscara.control.manager.registry import TYPES
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.collision.swept import SLACK
-from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog import JogGenerator, JointVelocity, ToolVelocity
 from bioscara.robot import kinematics_of
 from control.control_stack import BOTH, NAMES, PARAMETERS, World
 from control.scripted_controller import WildParameters
@@ -278,7 +278,7 @@ def test_a_stream_that_is_clear_passes_bit_for_bit(interface: str, scene: Scene)
     assert np.array_equal(*runs)
 
 
-def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
+def test_an_unverified_trajectory_ends_in_front_of_a_zone() -> None:
     arm = Guarded(WALL)
     controller, goal = arm.follow(BEYOND, 4.0, collision_checked=False)
     rows = arm.run(400)
@@ -307,7 +307,7 @@ def test_a_swept_trajectory_is_not_checked_again() -> None:
     assert np.array_equal(*runs)
 
 
-def test_a_ramp_after_a_cancel_beside_a_wall_is_not_braked() -> None:
+def test_a_ramp_along_a_wall_after_a_cancel_is_not_braked() -> None:
     runs = []
     for guarded in (True, False):
         arm = Guarded(WALL, guarded=guarded)
@@ -323,7 +323,7 @@ def test_a_ramp_after_a_cancel_beside_a_wall_is_not_braked() -> None:
 def slide(arm: Guarded, velocities: Callable[[int], ToolVelocity], cycles: int) -> Array:
     jog = arm.world.load("jog", JogController.TYPE, joints=NAMES, command_interfaces=BOTH)
     assert isinstance(jog, JogController)
-    jog.jog = Jog(ARM, JOINTS, arm.here, arm.scene)
+    jog.jog = JogGenerator(ARM, JOINTS, arm.here, arm.scene)
     arm.world.switch("jog")
     rows = []
     for cycle in range(cycles):
@@ -378,7 +378,7 @@ def test_jog_takes_over_from_a_stream_towards_a_wall() -> None:
     arm.run(60)
     jog = arm.world.load("jog", JogController.TYPE, joints=NAMES, command_interfaces=BOTH)
     assert isinstance(jog, JogController)
-    jog.jog = Jog(ARM, JOINTS, arm.here, arm.scene)
+    jog.jog = JogGenerator(ARM, JOINTS, arm.here, arm.scene)
     arm.world.switch("jog", off=("position of 4",))
     jog.command(JointVelocity(), arm.now)
     rows = arm.run(150)
@@ -425,7 +425,7 @@ def test_a_joint_that_was_released_and_is_claimed_again_stays_where_it_is() -> N
     assert np.abs(arm.run(20)[:, 2] - came_to_rest).max() < 1e-3
 
 
-def test_what_pushes_on_is_told_once() -> None:
+def test_a_stream_that_goes_on_towards_a_zone_is_reported_once() -> None:
     arm = Guarded(WALL)
     forward = arm.stream("position", BEYOND)
     rows = arm.run(600)

@@ -89,7 +89,7 @@ def streams(draw: st.DrawFn) -> list[float]:
     data=st.data(),
     jitter=st.booleans(),
 )
-def test_position_speed_and_acceleration_stay_within_the_limits_whatever_is_commanded(
+def test_position_speed_and_acceleration_stay_within_the_limits_for_any_commands(
     start: float, stream: list[float], both: bool, data: st.DataObject, jitter: bool
 ) -> None:
     bench = Bench(start, *(("position", "velocity") if both else ("position",)))
@@ -213,7 +213,7 @@ def test_without_a_known_position_a_velocity_ramps_down_and_a_position_is_not_se
 
 
 @pytest.mark.parametrize("wanted", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_leaves_the_joint_on_its_way(wanted: float) -> None:
+def test_a_command_that_is_no_number_changes_nothing(wanted: float) -> None:
     bench = Bench(0.0, "position")
     bench.send(0.5)
     for _ in range(200):

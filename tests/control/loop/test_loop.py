@@ -300,7 +300,7 @@ def test_host2_a_good_second_is_no_fault_when_its_trajectory_controller_has_left
 
 
 @pytest.mark.parametrize("meanwhile", [None, 0.2, 0.1])
-def test_host2_half_of_the_speed_is_half_of_what_was_chosen_whenever_that_was(
+def test_host2_half_of_the_speed_is_half_of_the_chosen_one_also_if_that_changes_later(
     meanwhile: float | None,
 ) -> None:
     world, controller = following()
@@ -467,7 +467,7 @@ LINES = 40
 
 
 @pytest.mark.parametrize("share", [number / LINES for number in range(LINES)])
-def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
+def test_an_arm_comes_to_rest_after_an_interrupt_in_any_line_of_a_cycle(
     share: float, interrupted: World, lines: int
 ) -> None:
     world = interrupted

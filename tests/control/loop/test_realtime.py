@@ -71,7 +71,7 @@ def test_without_permission_the_remedy_is_named_and_nothing_changes() -> None:
     assert back == "True"
 
 
-def test_with_permission_the_loop_runs_before_all_else_and_only_while_it_asked_for_that() -> None:
+def test_with_permission_the_loop_has_priority_while_it_requests_it() -> None:
     told, back = ask(drop=False)
     if "not permitted" in told:
         limit, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
@@ -131,9 +131,7 @@ def test_a_wait_for_a_processor_is_counted_and_a_stop_or_work_is_not() -> None:
     ("text", "told"),
     [("50005\n", "undervoltage, throttled"), ("0x2", "frequency capped"), ("0", ""), ("?", "")],
 )
-def test_what_slows_a_raspberry_pi_down_is_put_in_words(
-    tmp_path: Path, text: str, told: str
-) -> None:
+def test_causes_of_a_slow_raspberry_pi_are_named(tmp_path: Path, text: str, told: str) -> None:
     path = tmp_path / "get_throttled"
     path.write_text(text)
     assert conditions(path) == told
@@ -226,7 +224,7 @@ def test_host4_the_watchdog_is_fed_by_good_cycles_only(
 
 
 @pytest.mark.realtime
-def test_1000_hz_are_held_beside_a_busy_process() -> None:
+def test_1000_hz_are_held_with_a_busy_process_on_the_computer() -> None:
     cycles, overruns, _, how = hold(2.0)
     # The benchmark demands 0.1 %; a test must not fail because other programs use the machine.
     assert overruns < 0.1 * cycles, how

@@ -256,7 +256,7 @@ def test_rule_64_a_fallback_commands_in_the_cycle_in_which_the_other_failed() ->
     assert box.commands["g/position"].owner is None
 
 
-def test_rule_64_a_fallback_whose_hardware_went_down_is_told_of_with_the_first_cause(
+def test_rule_64_a_fallback_whose_hardware_went_down_is_reported_with_the_first_cause(
     world: World,
 ) -> None:
     box = Box()
@@ -333,7 +333,7 @@ def test_rule_65_shutdown_ends_all_controllers_then_all_hardware() -> None:
 
 
 @pytest.mark.parametrize("error", [HardwareError, ZeroDivisionError])
-def test_rule_65_shutdown_goes_on_whatever_fails(error: type[Exception]) -> None:
+def test_rule_65_shutdown_continues_after_any_failure(error: type[Exception]) -> None:
     world, box = World(home=False), Box("shutdown")
     box.error = error
     manager = ControllerManager(

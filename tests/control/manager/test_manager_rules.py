@@ -156,7 +156,7 @@ def test_rule_49_a_name_in_both_lists_is_a_restart_and_owners_swap_in_one_call(
     assert world.manager.claims.commands[J1].owner == "b"
 
 
-def test_rule_49_what_was_not_active_is_not_restarted(world: World) -> None:
+def test_rule_49_a_controller_that_is_not_active_is_not_restarted(world: World) -> None:
     new = world.manager.load("new", "test/Wild", {"states": (J1,)})
     now, both = world.clock.now(), ("new",)
     with pytest.raises(SwitchError, match="new cannot be deactivated"):

@@ -77,7 +77,7 @@ def test_rule_66_every_change_of_a_controller_or_of_hardware_is_an_activity() ->
     differs(lambda: manager.shutdown(0.03))
 
 
-def test_rule_66_what_changes_nothing_is_no_activity() -> None:
+def test_rule_66_a_request_without_effect_is_no_activity() -> None:
     manager, _ = boxed()
     load(manager, "a")
     load(manager, "b")
@@ -112,7 +112,7 @@ def test_rule_67_a_spread_is_that_of_all_values(values: list[float]) -> None:
     assert (found.sample_count, found.current_value) == (len(values), values[-1])
 
 
-def test_rule_67_a_small_deviation_is_not_lost_beside_a_large_average() -> None:
+def test_rule_67_a_small_deviation_from_a_large_average_is_exact() -> None:
     spread = Spread()
     for number in range(100_000):
         spread.add(1e6 + (-1) ** number * 1e-3)

@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus import Transaction
-from bioscara.control.controllers.joint_trajectory.parameters import (
+from bioscara.control.controllers.joint_trajectory.pid import Gains
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
     Constraints,
     JointConstraints,
     SpeedScaling,
 )
-from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.realtime import PRIORITY, realtime
 from bioscara.control.manager.manager import ControllerManager
@@ -124,7 +124,7 @@ def test_rule_58_a_gripper_without_output_is_its_own_matter() -> None:
 
 @pytest.mark.parametrize(("v1", "rate", "period"), [(False, None, 0.01), (True, None, 0.02),
                                                     (False, 80, 0.0125)])  # fmt: skip
-def test_rule_69_update_rate_suits_the_joints_unless_it_is_said(
+def test_rule_69_update_rate_suits_the_joints_unless_one_is_given(
     v1: bool, rate: int | None, period: float
 ) -> None:
     arm = SimulatedArm(seed=1, v1=v1, positions=NEAR)
@@ -223,7 +223,7 @@ print(before[0], look() == before)
 """
 
 
-def test_rule_69_priority_and_locked_memory_are_asked_for_and_no_processor_is_chosen() -> None:
+def test_rule_69_priority_and_locked_memory_are_requested_and_no_processor_is_chosen() -> None:
     assert PRIORITY == 80
     assert inspect.signature(realtime).parameters["priority"].default == PRIORITY
     done = subprocess.run(

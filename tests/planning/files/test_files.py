@@ -53,7 +53,7 @@ def test_the_time_optimal_motion_is_refused_for_its_lift_and_fits_when_stretched
 
 
 @pytest.mark.parametrize("path", [PILZ, OPTIMAL])
-def test_a_csv_gives_back_what_was_written(path: Path, tmp_path: Path) -> None:
+def test_a_csv_is_read_as_it_was_written(path: Path, tmp_path: Path) -> None:
     trajectory, _ = read(path)
     write_csv(tmp_path / "out.csv", trajectory)
     again, _ = read(tmp_path / "out.csv")
@@ -173,7 +173,7 @@ def test_a_csv_without_suffixes_means_positions(tmp_path: Path) -> None:
         ("none.csv", "time,j1\n", "at least one point"),
     ],
 )
-def test_a_broken_file_is_named_with_what_is_wrong(
+def test_a_broken_file_is_named_with_its_error(
     tmp_path: Path, name: str, text: str, words: str
 ) -> None:
     path = tmp_path / name

@@ -286,7 +286,7 @@ def test_a_line_may_begin_and_end_stretched(
         assert beside(trajectory, arm, path) < 1e-6
 
 
-def test_a_line_between_stretched_ends_takes_little_longer_than_one_beside_it() -> None:
+def test_a_line_between_stretched_ends_takes_little_longer_than_one_next_to_it() -> None:
     def duration(radius: float) -> float:
         start, goal = (Pose(radius * math.cos(a), radius * math.sin(a), 0.2) for a in (-0.5, 0.5))
         return linear(BARE, BARE.solve(start, (-0.5, 0.2, 0.1, 0.0)), goal, LIMITS).duration

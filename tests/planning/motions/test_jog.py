@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from bioscara.errors import InvalidArgumentError, LimitError, ZoneError
 from bioscara.kinematics import Joints, Scara
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
-from bioscara.planning.motions.jog import EXPIRY, Jog, JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog import EXPIRY, JogGenerator, JointVelocity, ToolVelocity
 from planning.limits import LIMITS
 from planning.sampled_contact import touched
 from planning.scenes import ARM, COUNT, free_joints, random_scene
@@ -40,7 +40,7 @@ def at_a_zone(rng: np.random.Generator, scene: Scene, joints: Joints) -> ToolVel
     return ToolVelocity(x / far * speed, y / far * speed, 0.0, rng.uniform(-1.0, 1.0))
 
 
-def held(jog: Jog, velocity: JointVelocity | ToolVelocity, seconds: float) -> list[Joints]:
+def held(jog: JogGenerator, velocity: JointVelocity | ToolVelocity, seconds: float) -> list[Joints]:
     """Return the positions while a command is repeated."""
     rows = []
     for number in range(round(seconds / PERIOD)):
@@ -58,7 +58,7 @@ def test_no_sample_of_a_random_jog_enters_a_zone() -> None:
         if start is None:
             continue
         tried += 1
-        jog = Jog(ARM, LIMITS, start, scene, windows=BELTS if tried % 2 else ())
+        jog = JogGenerator(ARM, LIMITS, start, scene, windows=BELTS if tried % 2 else ())
         rows, speeds, fast = [start], [Joints(0.0, 0.0, 0.0, 0.0)], 0.0
         now = 0.0
         for _ in range(2):
@@ -95,7 +95,7 @@ def test_the_arm_slows_down_and_rests_at_the_zones_border() -> None:
     pose = ARM.forward(REST)
     wall = Box("wall", (pose.x - 0.3, pose.y + 0.15, 0.0), (pose.x + 0.3, pose.y + 0.4, 0.6))
     scene = Scene((wall,))
-    jog = Jog(ARM, LIMITS, REST, scene)
+    jog = JogGenerator(ARM, LIMITS, REST, scene)
     rows = held(jog, ToolVelocity(y=0.1), 6.0)
     clearances = scene.clearance(ARM, rows)
     assert jog.reason == "wall"
@@ -108,7 +108,7 @@ def test_the_arm_slows_down_and_rests_at_the_zones_border() -> None:
 
 
 def test_a_command_expires() -> None:
-    jog = Jog(ARM, LIMITS, REST)
+    jog = JogGenerator(ARM, LIMITS, REST)
     jog.command(ToolVelocity(x=0.1), 0.0)
     moving = []
     for number in range(60):
@@ -125,7 +125,7 @@ def test_a_command_expires() -> None:
 def test_a_released_arm_gets_no_faster_even_if_it_still_accelerated(
     seed: int, cycles: int, expired: bool
 ) -> None:
-    jog = Jog(ARM, LIMITS, REST, windows=BELTS)
+    jog = JogGenerator(ARM, LIMITS, REST, windows=BELTS)
     velocity = random_velocity(np.random.default_rng(seed))
     held(jog, velocity, cycles * PERIOD)
     now = cycles * PERIOD
@@ -146,7 +146,7 @@ def test_a_released_arm_gets_no_faster_even_if_it_still_accelerated(
 
 
 def test_the_tool_moves_in_the_commanded_direction() -> None:
-    jog = Jog(ARM, LIMITS, REST)
+    jog = JogGenerator(ARM, LIMITS, REST)
     start = ARM.forward(REST)
     held(jog, ToolVelocity(x=-0.1, y=0.05, z=0.02), 1.0)
     pose = ARM.forward(jog.positions)
@@ -160,7 +160,9 @@ def test_the_tool_gets_no_faster_where_one_joint_stops_before_the_others() -> No
     # Wrist, elbow and base brake at once and rest one after the other, between two instants at
     # which the stopping path is checked.
     start = Joints(-2.0696, 0.0231, -0.0338, -0.8742)
-    jog = Jog(ARM, LIMITS, start, Scene((Cylinder("post", 0.116, -0.724, 0.007, 0.285, 0.544),)))
+    jog = JogGenerator(
+        ARM, LIMITS, start, Scene((Cylinder("post", 0.116, -0.724, 0.007, 0.285, 0.544),))
+    )
     speeds = []
     for number in range(35):
         towards = number < 23
@@ -173,7 +175,7 @@ def test_the_tool_gets_no_faster_where_one_joint_stops_before_the_others() -> No
 
 
 def test_a_joint_at_its_limit_does_not_hold_the_others() -> None:
-    jog = Jog(ARM, LIMITS, REST._replace(j2=0.33), tool_speed=1.0)
+    jog = JogGenerator(ARM, LIMITS, REST._replace(j2=0.33), tool_speed=1.0)
     rows = held(jog, JointVelocity(j2=0.03, j4=0.5), 2.0)
     assert rows[-1].j2 == pytest.approx(LIMITS[1].upper, abs=1e-6)
     assert jog.velocities.j4 == pytest.approx(0.5)
@@ -182,7 +184,7 @@ def test_a_joint_at_its_limit_does_not_hold_the_others() -> None:
 
 @pytest.mark.parametrize("elbow", [0.4, -0.4])
 def test_the_arm_does_not_flip_over_when_it_is_stretched(elbow: float) -> None:
-    jog = Jog(ARM, LIMITS, Joints(0.0, 0.2, elbow, 0.0))
+    jog = JogGenerator(ARM, LIMITS, Joints(0.0, 0.2, elbow, 0.0))
     bearing = math.atan2(*ARM.forward(jog.positions)[1::-1])
     outwards = ToolVelocity(x=0.2 * math.cos(bearing), y=0.2 * math.sin(bearing))
     rows = held(jog, outwards, 5.0)
@@ -200,7 +202,7 @@ def test_the_tool_takes_no_joint_past_a_limit_before_it_is_stretched(
     limits = list(LIMITS)
     limits[2] = dataclasses.replace(LIMITS[2], lower=lower, upper=upper)
     arm = Scara(ARM.geometry, limits, ARM.tool)
-    jog = Jog(arm, limits, Joints(0.3, 0.2, elbow, -0.5))
+    jog = JogGenerator(arm, limits, Joints(0.3, 0.2, elbow, -0.5))
     outward = arm.forward(jog.positions)
     far = math.hypot(outward.x, outward.y)
     rows = held(jog, ToolVelocity(0.2 * outward.x / far, 0.2 * outward.y / far), 3.0)
@@ -212,7 +214,7 @@ def test_the_tool_does_not_lead_an_elbow_past_half_a_turn_back_through_it() -> N
     limits = list(LIMITS)
     limits[2] = dataclasses.replace(LIMITS[2], lower=-4.0, upper=4.0)
     arm = Scara(ARM.geometry, limits)
-    jog = Jog(arm, limits, Joints(0.3, 0.2, 3.3, -0.5))
+    jog = JogGenerator(arm, limits, Joints(0.3, 0.2, 3.3, -0.5))
     wrist = arm.forward(jog.positions)
     far = math.hypot(wrist.x, wrist.y)
     rows = held(jog, ToolVelocity(-0.05 * wrist.x / far, -0.05 * wrist.y / far), 3.0)
@@ -221,14 +223,14 @@ def test_the_tool_does_not_lead_an_elbow_past_half_a_turn_back_through_it() -> N
 
 
 def test_on_a_stretched_arm_a_tool_velocity_is_not_followed() -> None:
-    jog = Jog(ARM, LIMITS, Joints(0.0, 0.2, 0.0, 0.0))
+    jog = JogGenerator(ARM, LIMITS, Joints(0.0, 0.2, 0.0, 0.0))
     held(jog, ToolVelocity(x=-0.1), 0.2)
     assert (jog.reason, jog.positions) == ("stretched", Joints(0.0, 0.2, 0.0, 0.0))
 
 
 @given(st.floats(0.01, 0.25), st.floats(-math.pi, math.pi))
 def test_the_cap_holds_in_every_direction(cap: float, bearing: float) -> None:
-    jog = Jog(ARM, LIMITS, REST, tool_speed=cap)
+    jog = JogGenerator(ARM, LIMITS, REST, tool_speed=cap)
     fastest = 0.0
     for number in range(25):
         velocity = ToolVelocity(x=math.cos(bearing) * 0.9, y=math.sin(bearing) * 0.9)
@@ -241,19 +243,19 @@ def test_a_start_inside_a_zone_is_refused_with_numbers() -> None:
     pose = ARM.forward(REST)
     zone = Box("reader", (pose.x - 0.05, pose.y - 0.1, 0.0), (pose.x + 0.1, pose.y + 0.1, 0.3))
     with pytest.raises(ZoneError, match=r"reader at the start.* mm inside"):
-        Jog(ARM, LIMITS, REST, Scene((zone,)))
+        JogGenerator(ARM, LIMITS, REST, Scene((zone,)))
 
 
 def test_a_start_outside_of_limits_is_refused() -> None:
     with pytest.raises(LimitError, match="j3 at the start: 3 rad is outside"):
-        Jog(ARM, LIMITS, REST._replace(j3=3.0))
+        JogGenerator(ARM, LIMITS, REST._replace(j3=3.0))
 
 
 @given(st.sampled_from([math.nan, math.inf, -math.inf]), st.integers(0, 4))
 def test_a_value_that_is_no_number_is_refused(value: float, which: int) -> None:
     values = [0.0] * 5
     values[which] = value
-    jog = Jog(ARM, LIMITS, REST)
+    jog = JogGenerator(ARM, LIMITS, REST)
     for kind in (JointVelocity, ToolVelocity):
         with pytest.raises(InvalidArgumentError, match="not a finite number"):
             jog.command(kind(*values[:4]), values[4])
@@ -267,7 +269,7 @@ def test_a_share_of_0_decelerates_like_a_stop(
 ) -> None:
     rows = []
     for last, share in ((velocity, 0.0), (JointVelocity(), 1.0)):
-        jog = Jog(ARM, LIMITS, REST, windows=windows)
+        jog = JogGenerator(ARM, LIMITS, REST, windows=windows)
         held(jog, velocity, 0.6)
         assert any(jog.velocities)
         rows.append([])
@@ -280,23 +282,23 @@ def test_a_share_of_0_decelerates_like_a_stop(
 
 @pytest.mark.parametrize("share", [-0.1, 1.1, math.nan])
 def test_a_share_is_between_0_and_1(share: float) -> None:
-    jog = Jog(ARM, LIMITS, REST)
+    jog = JogGenerator(ARM, LIMITS, REST)
     with pytest.raises(InvalidArgumentError, match="share"):
         jog.command(JointVelocity(j1=0.1), 0.0, share)
     assert jog.step(0.0, PERIOD) == (REST, Joints(0.0, 0.0, 0.0, 0.0))
 
 
 def test_a_wrong_unit_is_named() -> None:
-    jog = Jog(ARM, LIMITS, REST)
+    jog = JogGenerator(ARM, LIMITS, REST)
     with pytest.raises(LimitError, match=r"x velocity: 50 m/s is outside -1 \.\. 1 m/s; .*mm/s"):
         jog.command(ToolVelocity(x=50.0), 0.0)
     with pytest.raises(LimitError, match=r"j1 velocity: 30 rad/s"):
         jog.command(JointVelocity(j1=30.0), 0.0)
     with pytest.raises(InvalidArgumentError, match="tool speed"):
-        Jog(ARM, LIMITS, REST, tool_speed=math.nan)
+        JogGenerator(ARM, LIMITS, REST, tool_speed=math.nan)
 
 
 @pytest.mark.parametrize("period", [0.0, -0.02, math.nan, math.inf])
 def test_a_period_must_be_above_zero(period: float) -> None:
     with pytest.raises(InvalidArgumentError, match=r"not above 0|not a finite"):
-        Jog(ARM, LIMITS, REST).step(0.0, period)
+        JogGenerator(ARM, LIMITS, REST).step(0.0, period)

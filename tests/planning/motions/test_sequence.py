@@ -186,7 +186,7 @@ def test_an_arc_between_lines_with_blends():
     assert check(trajectory, LIMITS) == []
 
 
-def test_approach_and_retract_are_straight_beside_the_target():
+def test_approach_and_retract_are_straight_near_the_target():
     target, above = Pose(0.4, 0.1, 0.19, 0.3), Pose(0.0, 0.0, 0.05)
     ways = [*approach(target, above, speed=0.1), retract(target, above)]
     trajectory, _ = sequence(ARM, START, ways, LIMITS)
@@ -327,7 +327,7 @@ def test_a_share_for_each_segment_is_the_share_for_all_where_they_are_equal():
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])
 
 
-def test_motions_with_a_stop_are_the_motions_by_themselves():
+def test_a_sequence_with_stops_is_its_motions_planned_one_by_one():
     ways = [Waypoint(A, PTP), Waypoint(B, speed=0.5), Waypoint(C, CIRC, 0.0, Pose(0.46, 0.22, 0.2))]
     whole, _ = sequence(ARM, START, ways, LIMITS)
     joints, begin = START, 0.0

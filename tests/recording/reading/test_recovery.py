@@ -1,4 +1,4 @@
-"""What a killed recorder leaves is completed: no complete chunk of it is lost."""
+"""The file of a killed recorder is completed: no complete chunk of it is lost."""
 
 from __future__ import annotations
 

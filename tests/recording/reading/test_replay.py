@@ -99,7 +99,7 @@ def test_clients_get_the_samples_and_the_events_that_were(made: Made) -> None:
     assert (faults.state, faults.faults) == ("clear", ())
 
 
-def test_a_robot_can_be_looked_at_and_not_commanded(made: Made) -> None:
+def test_a_replayed_robot_can_be_read_and_not_commanded(made: Made) -> None:
     arm = ReplayedArm(made.path, NAME, 100.0)
     with replaying(arm), Robot.connect(f"arm:{NAME}") as robot:
         wait_until(lambda: arm.ended, "the end of the recording")

@@ -1,4 +1,4 @@
-"""A recorder beside its owner: ``bioscara serve --with record``."""
+"""A recorder started by the owner: ``bioscara serve --with record``."""
 
 from __future__ import annotations
 

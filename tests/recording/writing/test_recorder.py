@@ -1,4 +1,4 @@
-"""A recording has what the owner said, as other programs read it, and goes on through trouble."""
+"""A recording has the owner's data, as other programs read it, and goes on through trouble."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Encoded messages are what they were made of, as the decoder of mcap-ros2-support reads them."""
+"""Encoded messages have their original values, as the decoder of mcap-ros2-support reads them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from bioscara.api.messages import Event, StateSample, TrajectoryValue
 from bioscara.kinematics import Pose
-from bioscara.recording.writing.messages import event_message, trajectory_message
+from bioscara.recording.writing.rare_messages import event_message, trajectory_message
 from bioscara.recording.writing.sample_messages import SampleMessages
 from bioscara.rosbag.cdr import CdrReader
 from bioscara.rosbag.texts import text_message

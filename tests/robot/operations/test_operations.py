@@ -1,4 +1,4 @@
-"""What a user sees of an operation, whichever thread steps it: the caller's own or the arm's."""
+"""An operation as its user sees it, whichever thread steps it: the caller's own or the arm's."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def unhomed(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Way]:
         yield made
 
 
-def test_homing_homes_one_joint_after_the_other_and_the_jaws_may_move_meanwhile(
+def test_homing_homes_one_joint_after_the_other_while_the_jaws_may_move(
     unhomed: Way,
 ) -> None:
     progress: list[float] = []
@@ -308,7 +308,7 @@ def test_a_motion_keeps_clear_of_jaws_that_are_opening(way: Way) -> None:
     way.run(move(BEFORE_IT))
 
 
-def test_a_paused_motion_comes_to_rest_on_its_way_and_goes_on_from_there(way: Way) -> None:
+def test_a_paused_motion_comes_to_rest_on_its_path_and_continues_from_there(way: Way) -> None:
     rest: list[tuple[float, ...]] = []
 
     def pause() -> None:

@@ -115,7 +115,7 @@ def test_a_sequence_is_carried_out(table: Path) -> None:
     assert len(seen) == 12
 
 
-def test_a_stop_ends_a_wait_and_what_follows() -> None:
+def test_a_stop_ends_a_wait_and_the_steps_after_it() -> None:
     asked: list[None] = []
 
     def cancelled() -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from bioscara.api import messages as m
-from bioscara.ros.controllers.goals import Goals
+from bioscara.ros.controllers.goals import GoalEnds
 
 
 def ended(number: int) -> m.EndedGoal:
@@ -13,13 +13,13 @@ def ended(number: int) -> m.EndedGoal:
 
 
 def test_an_end_that_came_before_the_wait_is_found() -> None:
-    goals = Goals()
+    goals = GoalEnds()
     goals.take([ended(1), ended(2)])
     assert goals.wait(1, goals.generation).status == "succeeded"
 
 
 def test_a_wait_ends_with_the_goal() -> None:
-    goals, found = Goals(), []
+    goals, found = GoalEnds(), []
     generation = goals.generation
     waiter = threading.Thread(target=lambda: found.append(goals.wait(3, generation)))
     waiter.start()
@@ -32,7 +32,7 @@ def test_a_wait_ends_with_the_goal() -> None:
 def test_goals_of_an_owner_that_was_lost_are_aborted_and_never_taken_for_those_of_the_next() -> (
     None
 ):
-    goals = Goals()
+    goals = GoalEnds()
     before = goals.generation
     goals.take([ended(1)])
     goals.lose("the owner is gone")

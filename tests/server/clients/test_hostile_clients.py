@@ -186,7 +186,7 @@ class JsonClient:
     """A client that speaks JSON."""
 
     def __init__(self, hello: bytes | None = None) -> None:
-        self.frames = framing.Frames(framing.ANSWER_MAX)
+        self.frames = framing.MessageSplitter(framing.ANSWER_MAX)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.socket.settimeout(LIMIT)
         self.socket.connect(os.fspath(api_socket()))
@@ -287,7 +287,7 @@ def test_hello_has_rules() -> None:
             assert "names of 1 to 64 characters" in str(refusal(client))
 
 
-def test_control_characters_of_a_name_reach_nobody(served: Served) -> None:
+def test_control_characters_of_a_name_are_not_passed_on(served: Served) -> None:
     first = served.owner.events.last
     with RawClient("\x1b[2J\r\nforged: line\x00") as client:
         client.request(m.Pause())
@@ -298,7 +298,7 @@ def test_control_characters_of_a_name_reach_nobody(served: Served) -> None:
 
 
 @pytest.mark.parametrize("command", [m.GetState(), m.ListControllers(), m.GetDescription()])
-def test_thousands_of_requests_without_reading_delay_nobody(
+def test_thousands_of_requests_without_reading_delay_no_other_client(
     served: Served, command: m.AnyCommand
 ) -> None:
     with RawClient("look") as look, RawClient("flood") as flood:
@@ -350,7 +350,7 @@ def test_a_subscriber_that_never_reads_takes_little_memory(served: Served) -> No
 
 
 @pytest.mark.usefixtures("served")
-def test_events_that_are_not_kept_are_told_as_a_gap(arm: Served) -> None:
+def test_events_that_are_not_kept_are_reported_as_a_gap(arm: Served) -> None:
     with RawClient() as client:
         client.begin(m.Subscribe(events_after=-5))
         client.read(m.Event)
@@ -464,7 +464,7 @@ def test_a_session_with_a_connection_is_not_forgotten(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.usefixtures("served")
-def test_more_clients_than_there_is_room_for_are_told_so() -> None:
+def test_clients_beyond_the_largest_number_are_refused_with_the_reason() -> None:
     clients = []
     try:
         while len(clients) <= api_server.CLIENTS + 20:
@@ -530,7 +530,7 @@ def as_user(uid: int, gid: int, path: Path | None = None) -> str:
                 # The owner may have refused already.
                 with suppress(BrokenPipeError):
                     link.sendall(hello)
-                frames = framing.Frames(framing.ANSWER_MAX)
+                frames = framing.MessageSplitter(framing.ANSWER_MAX)
                 payload = next(frames.feed(link.recv(1 << 16)))
                 message = framing.from_owner.decode(payload)
                 if isinstance(message, m.RequestFailed):

@@ -20,7 +20,7 @@ class Time:
         return self.now
 
 
-def test_the_holder_commands_and_nobody_else() -> None:
+def test_only_the_holder_of_the_lease_commands() -> None:
     lease = Lease(Time())
     with pytest.raises(LeaseError, match="acquire it first"):
         lease.require("a", None)

@@ -39,7 +39,7 @@ def left() -> Iterator[Site]:
         yield made
 
 
-def test_controllers_of_the_original_load_beside_those_of_the_arm(left: Site) -> None:
+def test_controllers_of_the_original_load_in_addition_to_those_of_the_arm(left: Site) -> None:
     for name, given in parameter_file().items():
         left.load(name, **given)
     left.load("joint_state_broadcaster", BROADCASTER)
@@ -147,7 +147,7 @@ def test_the_arms_own_controllers_are_not_for_clients(left: Site, change: object
         ("x", JTC, {"joints": ["j" * 200_000]}, ConfigurationError, "is none of"),
     ],
 )
-def test_what_cannot_be_loaded_is_named(
+def test_a_controller_that_cannot_be_loaded_is_named(
     left: Site, name: str, kind: str, parameters: dict[str, object], error: type, text: str
 ) -> None:
     with pytest.raises(error, match=text) as raised:
@@ -209,7 +209,7 @@ def test_a_request_for_a_controller_of_another_kind_or_none_is_named(left: Site)
         controllers.follow(POSITION_JTC, Goal(JointTrajectory(("j1",), (Point(1.0, (0.0,)),))))
 
 
-def test_best_effort_leaves_out_what_cannot_be_switched(left: Site) -> None:
+def test_best_effort_leaves_out_controllers_that_cannot_be_switched(left: Site) -> None:
     left.load(POSITION_JTC, **parameter_file()[POSITION_JTC])
     text = left.robot.controllers.switch([POSITION_JTC, "nobody"], strict=False)
     assert text == (

@@ -1,4 +1,4 @@
-"""What an owner knows of its joints, and when it reads their counters."""
+"""The reports of joints at an owner, and when it reads their counters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def asked(client: RawClient) -> m.JointList:
     return result
 
 
-def test_joints_tell_who_they_are_and_what_they_counted() -> None:
+def test_joints_report_their_identity_and_their_counters() -> None:
     with arm_served(), RawClient() as client:
         found = asked(client)
         assert [joint.name for joint in found.joints] == ["j1", "j2", "j3", "j4"]

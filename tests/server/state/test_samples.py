@@ -1,4 +1,4 @@
-"""State samples: each cycle once, the newest, whatever else is sent."""
+"""State samples: each cycle at most once, the newest, also among other messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which scope each command and each task needs: a table beside the one of the code."""
+"""The scope that each command and each task needs, in a second table to compare."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_only_an_administrator_takes_a_lease_by_force() -> None:
     assert required_scope(m.AcquireLease(force=True)) == ADMIN
 
 
-def test_whatever_needs_a_lease_is_not_for_viewers() -> None:
+def test_messages_that_need_a_lease_are_refused_to_viewers() -> None:
     for kind in typing.get_args(m.AnyCommand):
         if kind.needs_lease:
             assert required_scope(bare(kind)) > VIEW, kind

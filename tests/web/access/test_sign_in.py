@@ -1,4 +1,4 @@
-"""The exchange of a token for a cookie, and what is written about it."""
+"""The exchange of a token for a cookie, and its line in the log."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_a_websocket_takes_the_cookie_with_an_origin(own: Site) -> None:
         (b'{"token":"TOKEN"}', "text/plain"),
     ],
 )
-def test_other_bodies_sign_nobody_in(content: bytes, kind: str, own: Site) -> None:
+def test_other_bodies_do_not_sign_in(content: bytes, kind: str, own: Site) -> None:
     body = content.replace(b"TOKEN", own.gateway.tokens.of(Scope.VIEW).encode())
     with own.http(headers={"Origin": own.origin, "Content-Type": kind}) as client:
         answer = client.post("/session", content=body)
@@ -93,7 +93,7 @@ def test_few_tokens_can_be_tried(own: Site) -> None:
         refused = client.post("/session", json={"token": own.gateway.tokens.of(Scope.VIEW)})
         assert refused.status_code == 429
         assert client.get("/api/state", headers=own.bearer("0" * 32)).status_code == 429
-        # A program that has a token already is not hindered by those who guess.
+        # A program with a token is not hindered by clients that guess.
         assert client.get("/api/state", headers=own.bearer(Scope.VIEW)).status_code == 200
 
 

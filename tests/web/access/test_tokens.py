@@ -87,7 +87,7 @@ def test_a_file_without_three_good_tokens_is_refused_and_not_quoted(
     assert not any(token in str(caught.value) for token in (VIEW, OPERATE, ADMIN, "short"))
 
 
-def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
+def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
     goal = tmp_path / "goal"
     load_tokens(goal)
     link = tmp_path / "link"

@@ -1,4 +1,4 @@
-"""The WebSocket: what it lets through, and how it ends."""
+"""The WebSocket: the messages that it passes, and its ends."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_stop_of_a_viewer_ends_the_lease_of_the_one_who_commands(left: Site) -
         ("x" * m.NAME_MAX, "x" * 46 + " (view, 127.0.0.1)"),
     ],
 )
-def test_the_owner_is_told_who_a_client_is(given: str, shown: str, left: Site) -> None:
+def test_the_owner_gets_the_name_and_scope_of_a_client(given: str, shown: str, left: Site) -> None:
     with left.client(Scope.VIEW) as watching:
         watching.request("subscribe", events_after=watching.welcome["last_event"])
         with left.client(Scope.VIEW, given):
@@ -135,7 +135,9 @@ def test_a_client_does_not_get_the_session_of_one_with_a_better_token(left: Site
         (' {"kind":"request","id":1,"command":{"kind":"acquire_lease"}}', 1008),
     ],
 )
-def test_what_is_no_message_ends_the_connection(sent: str | bytes, code: int, left: Site) -> None:
+def test_bytes_that_are_no_message_end_the_connection(
+    sent: str | bytes, code: int, left: Site
+) -> None:
     with left.websocket(left.bearer(Scope.ADMIN)) as connection:
         connection.send(sent)
         found, reason = WebClientOfTest(connection).closed()

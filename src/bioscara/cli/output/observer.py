@@ -12,7 +12,7 @@ from queue import SimpleQueue
 from typing import Self
 
 from bioscara.cli.output.live_view import View
-from bioscara.report import CycleRecord, History
+from bioscara.report import CycleHistory, CycleRecord
 from bioscara.report.samples import SampleWriter
 
 _SWITCH_INTERVAL = 0.5e-3
@@ -35,7 +35,7 @@ class Observer:
     """
 
     def __init__(
-        self, view: View, samples: SampleWriter | None = None, history: History | None = None
+        self, view: View, samples: SampleWriter | None = None, history: CycleHistory | None = None
     ) -> None:
         self._view, self._samples, self._history = view, samples, history
         self._queue: SimpleQueue[Callable[[], None] | CycleRecord | None] = SimpleQueue()

@@ -36,7 +36,7 @@ _STEPS = (0.1, 0.2, 0.5, 1.0, 5.0, 10.0)
 """Sizes of a step [mm, deg]."""
 
 
-class Step(NamedTuple):
+class JogStep(NamedTuple):
     """A displacement.
 
     Attributes:
@@ -64,7 +64,7 @@ class JogKeys:
         self._of_tool, self._steps, self._level = True, False, 2
         self._held, self._until = (0, 0), -math.inf
         self.ended = False
-        self.step: Step | None = None
+        self.step: JogStep | None = None
 
     def press(self, key: str, time: float) -> None:
         """Accept a key, pressed or repeated.
@@ -120,11 +120,11 @@ class JogKeys:
             "m tool/joints  n hold/steps  +/- speed, step size  q end",
         ]
 
-    def _requested(self) -> Step:
+    def _requested(self) -> JogStep:
         axis, sign = self._held
         index = axis if self._of_tool else _JOINT_OF_AXIS[axis]
         angle = index == 3 if self._of_tool else self._units[index] == "rad"
         size = sign * _STEPS[self._level]
         values = [0.0] * 4
         values[index] = math.radians(size) if angle else 1e-3 * size
-        return Step(Pose(*values) if self._of_tool else Joints(*values))
+        return JogStep(Pose(*values) if self._of_tool else Joints(*values))

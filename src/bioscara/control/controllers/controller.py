@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.control.manager.statistics import UpdateStatistics
 from bioscara.errors import ControllerError
 from bioscara.hardware import CommandInterface, LifecycleState, StateInterface

@@ -8,7 +8,7 @@ from typing import Literal
 
 from bioscara.arguments import items, number
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.hardware import VELOCITY, CommandInterface
 from bioscara.model.validation import Listed, Text

@@ -7,14 +7,14 @@ from typing import Annotated
 
 from bioscara.arguments import numbers, shown
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_messages import (
     GripperFeedback,
     GripperGoal,
     GripperGoalHandle,
     GripperResult,
 )
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 from bioscara.model.validation import AS_TUPLE, Finite, Flag, Name, Positive, Strict, Text

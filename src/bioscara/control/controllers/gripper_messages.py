@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
+from bioscara.control.controllers.goal_handle import AcceptedGoal, GoalStatus
 from bioscara.hardware.interfaces import Quality
 
 

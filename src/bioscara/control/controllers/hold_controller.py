@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
 from bioscara.model.validation import Listed, Positive, Text

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from bioscara.arguments import number, shown
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.goal_handle import AcceptedGoal, GoalStatus
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import HOME, VELOCITY, LifecycleState
 from bioscara.hardware.interfaces import Quality

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 from bioscara.model.validation import Listed, Text
-from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog import JogGenerator, JointVelocity, ToolVelocity
 
 _SAME = 2e-3
 """Offset [rad or m] up to which a jog begins at the commanded positions: the end stops yield."""
@@ -28,7 +28,7 @@ class JogParameters(Parameters):
 
 
 class JogController(Controller[JogParameters]):
-    """Commands the output of a :class:`~bioscara.planning.motions.jog.Jog` for streamed velocities.
+    """Commands the output of a :class:`~bioscara.planning.motions.jog.JogGenerator` for velocities.
 
     Attributes:
         jog: The jog at rest that begins with the next activation, or the running one; made by code
@@ -37,7 +37,7 @@ class JogController(Controller[JogParameters]):
 
     TYPE = "bioscara_controllers/JogController"
     PARAMETERS = JogParameters
-    jog: Jog | None = None
+    jog: JogGenerator | None = None
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:

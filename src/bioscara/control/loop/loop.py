@@ -151,7 +151,7 @@ class Loop:
             before()
         time = clock.now()
         if math.isnan(self._deadline):
-            # The first cycle, also after a restart by what was called before it.
+            # The first cycle, also after a restart by one of the calls before it.
             self._deadline = time
         late = time - self._deadline
         # A program that is busy between two cycles does not sleep at all.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from bioscara.control.controllers.controller import AnyController
 from bioscara.control.manager.statistics import ManagerStatistics
 from bioscara.control.manager.switch_request import Switch
-from bioscara.control.manager.switching import ControllerSwitcher, Problem
+from bioscara.control.manager.switching import ControllerSwitcher, SwitchFailure
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import BioscaraError, ControllerError
 from bioscara.hardware import HardwareComponent, LifecycleState
@@ -148,12 +148,12 @@ class Execution:
             if other is controller or wanted.intersection(other.command_interfaces)
         ]
         switch = Switch(tuple(fallbacks), tuple(leaving))
-        problems: list[Problem] = []
+        problems: list[SwitchFailure] = []
         try:
             changes = self._switcher.prepare(switch)
         except BioscaraError as error:
             error.__cause__ = cause
-            problems += [Problem(fallback.name, error) for fallback in fallbacks]
+            problems += [SwitchFailure(fallback.name, error) for fallback in fallbacks]
             switch = Switch((), (controller,))
             changes = self._switcher.changes((), switch.deactivate)
         problems += self._switcher.carry_out(switch, changes, time)
@@ -171,7 +171,7 @@ class Execution:
         self.failures += [Failure(time, *problem) for problem in problems]
 
     def _give_up(self, component: HardwareComponent, time: float, cause: Exception) -> None:
-        problems: list[Problem] = []
+        problems: list[SwitchFailure] = []
         leaving = self._switcher.give_up(component, time, problems)
         self.failures.append(Failure(time, component.name, cause, leaving))
         self.failures += [Failure(time, *problem) for problem in problems]

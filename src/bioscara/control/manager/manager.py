@@ -22,7 +22,7 @@ from bioscara.control.manager.listing import (
 from bioscara.control.manager.registry import ControllerRegistry
 from bioscara.control.manager.statistics import READ, UPDATE, WRITE, ManagerStatistics
 from bioscara.control.manager.switch_request import Strictness, Switch, plan, unknown
-from bioscara.control.manager.switching import ControllerSwitcher, Problem
+from bioscara.control.manager.switching import ControllerSwitcher, SwitchFailure
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, InvalidArgumentError, SwitchError
 from bioscara.hardware import HardwareComponent, LifecycleState
@@ -299,7 +299,7 @@ class ControllerManager:
             raise SwitchError(unknown(name, known, "hardware component"))
         component = known[name]
         if state < component.state or state is LifecycleState.FINALIZED:
-            problems: list[Problem] = []
+            problems: list[SwitchFailure] = []
             # An INACTIVE component is still read.
             including_readers = state is not LifecycleState.INACTIVE
             self._switcher.release(component, time, problems, including_readers=including_readers)
@@ -338,6 +338,6 @@ class ControllerManager:
                     f"Failed switching controllers.... {source}: {cause}. {switch.lists()}"
                 ) from cause
 
-    def _report_later(self, problems: Sequence[Problem], time: float) -> None:
+    def _report_later(self, problems: Sequence[SwitchFailure], time: float) -> None:
         """Report problems that occur between cycles among the failures of the next cycle."""
         self._between_cycles += [Failure(time, source, cause) for source, cause in problems]

@@ -17,7 +17,7 @@ from bioscara.hardware import POSITION, VELOCITY, HardwareComponent, LifecycleSt
 from bioscara.model import JointParameters
 
 
-class Change(NamedTuple):
+class InterfaceChange(NamedTuple):
     """Command interfaces of one component that change hands.
 
     Attributes:
@@ -31,7 +31,7 @@ class Change(NamedTuple):
     stop: list[str]
 
 
-class Problem(NamedTuple):
+class SwitchFailure(NamedTuple):
     """An exception raised while controllers changed.
 
     Attributes:
@@ -75,7 +75,7 @@ class ControllerSwitcher:
 
     def changes(
         self, activate: Sequence[AnyController], deactivate: Sequence[AnyController]
-    ) -> list[Change]:
+    ) -> list[InterfaceChange]:
         """Return which command interfaces change hands, component by component.
 
         Args:
@@ -89,10 +89,10 @@ class ControllerSwitcher:
                 for group in (activate, deactivate)
             )
             if start or stop:
-                changes.append(Change(component, start, stop))
+                changes.append(InterfaceChange(component, start, stop))
         return changes
 
-    def prepare(self, switch: Switch) -> list[Change]:
+    def prepare(self, switch: Switch) -> list[InterfaceChange]:
         """Check claims and hardware before a switch; this has no effect except warnings.
 
         Raises:
@@ -112,7 +112,9 @@ class ControllerSwitcher:
         self._warnings.extend(warnings)
         return changes
 
-    def carry_out(self, switch: Switch, changes: Sequence[Change], time: float) -> list[Problem]:
+    def carry_out(
+        self, switch: Switch, changes: Sequence[InterfaceChange], time: float
+    ) -> list[SwitchFailure]:
         """Deactivate, change modes, activate; as prepared.
 
         A controller whose deactivation raises is deactivated all the same. When modes cannot be
@@ -128,34 +130,34 @@ class ControllerSwitcher:
             The problems, in order.
         """
         moving = self._limiter.moving()
-        problems: list[Problem] = []
+        problems: list[SwitchFailure] = []
         for controller in switch.deactivate:
             self._deactivate(controller, time, problems)
         for component, start, stop in changes:
             try:
                 component.perform_command_mode_switch(start, stop)
             except Exception as error:  # noqa: BLE001  after any error the modes are unknown
-                problems.append(Problem(component.name, error))
+                problems.append(SwitchFailure(component.name, error))
                 self.give_up(component, time, problems)
         self._activate_all(switch, time, moving, problems)
         return problems
 
     def give_up(
-        self, component: HardwareComponent, time: float, problems: list[Problem]
+        self, component: HardwareComponent, time: float, problems: list[SwitchFailure]
     ) -> tuple[str, ...]:
         """Deactivate all controllers that use a component and fail it; return their names."""
         leaving = self.release(component, time, problems, including_readers=True)
         try:
             component.fail()
         except Exception as error:  # noqa: BLE001  it is finalized, and the cause is kept
-            problems.append(Problem(component.name, error))
+            problems.append(SwitchFailure(component.name, error))
         return leaving
 
     def release(
         self,
         component: HardwareComponent,
         time: float,
-        problems: list[Problem],
+        problems: list[SwitchFailure],
         *,
         including_readers: bool,
     ) -> tuple[str, ...]:
@@ -182,14 +184,14 @@ class ControllerSwitcher:
         return tuple(controller.name for controller in leaving)
 
     def _activate_all(
-        self, switch: Switch, time: float, moving: set[str], problems: list[Problem]
+        self, switch: Switch, time: float, moving: set[str], problems: list[SwitchFailure]
     ) -> None:
         done: list[AnyController] = []
         for controller in switch.activate:
             try:
                 self._activate(controller, time, moving)
             except Exception as error:  # noqa: BLE001  a controller may raise anything at all
-                problems.append(Problem(controller.name, error))
+                problems.append(SwitchFailure(controller.name, error))
                 failed = [controller]
                 if switch.strictness is Strictness.STRICT:
                     failed = list(switch.activate)
@@ -229,11 +231,13 @@ class ControllerSwitcher:
         schedules[controller.name] = (controller, schedule)
         self._set_active([schedules[name] for name in self._controllers if name in schedules])
 
-    def _deactivate(self, controller: AnyController, time: float, problems: list[Problem]) -> None:
+    def _deactivate(
+        self, controller: AnyController, time: float, problems: list[SwitchFailure]
+    ) -> None:
         try:
             controller.on_deactivate(time)
         except Exception as error:  # noqa: BLE001  a controller may raise anything at all
-            problems.append(Problem(controller.name, error))
+            problems.append(SwitchFailure(controller.name, error))
         for handle in controller.command_handles:
             handle.owner = None
         controller.unbind()
@@ -250,7 +254,7 @@ class ControllerSwitcher:
         )
 
     def _return_modes(
-        self, controllers: Sequence[AnyController], time: float, problems: list[Problem]
+        self, controllers: Sequence[AnyController], time: float, problems: list[SwitchFailure]
     ) -> None:
         """Release command modes that were taken for controllers that are not active."""
         for component, start, stop in self.changes((), controllers):
@@ -258,5 +262,5 @@ class ControllerSwitcher:
                 try:
                     component.perform_command_mode_switch(start, stop)
                 except Exception as error:  # noqa: BLE001  as in carry_out
-                    problems.append(Problem(component.name, error))
+                    problems.append(SwitchFailure(component.name, error))
                     self.give_up(component, time, problems)

@@ -27,7 +27,7 @@ from bioscara.drivers.joint.sample import FLAGS, JointSample, Setpoint
 from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.joint.transmission import DEG_PER_MICROSTEP
 from bioscara.drivers.link.errors import fault_error
-from bioscara.drivers.link.messages import FaultReport, Hello
+from bioscara.drivers.link.joint_reports import FaultReport, Hello
 from bioscara.drivers.link.session import Session
 from bioscara.errors import (
     BioscaraError,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeGuard
 
-from bioscara.drivers.link.messages import FaultReport
+from bioscara.drivers.link.joint_reports import FaultReport
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,

@@ -19,7 +19,7 @@ from weakref import WeakKeyDictionary
 
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.link.messages import Hello
+from bioscara.drivers.link.joint_reports import Hello
 from bioscara.drivers.link.original import (
     QUIET,
     START_UP,

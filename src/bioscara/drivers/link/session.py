@@ -9,7 +9,7 @@ from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
 from bioscara.drivers.link.handshake import acknowledges, identify, require_known
-from bioscara.drivers.link.messages import FaultReport, Hello
+from bioscara.drivers.link.joint_reports import FaultReport, Hello
 from bioscara.drivers.link.original import START_UP, OriginalTiming, forget_silence, note_silence
 from bioscara.errors import (
     BioscaraError,

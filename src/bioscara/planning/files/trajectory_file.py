@@ -108,7 +108,7 @@ def _refuse_other_kind(path: str, text: str) -> None:
             f"{path}'"
         )
     raise TrajectoryError(
-        f"describes surroundings and holds no trajectory; give it as --scene {path}, beside a "
+        f"describes surroundings and holds no trajectory; give it as --scene {path}, with a "
         f"trajectory file"
     )
 

@@ -79,7 +79,7 @@ class ToolVelocity(NamedTuple):
     yaw: float = 0.0
 
 
-class Jog:
+class JogGenerator:
     """Velocity control of an arm.
 
     Args:

@@ -18,7 +18,7 @@ from bioscara.errors import RecordingError
 
 _RECORD = struct.Struct("<BQ")
 _END = _RECORD.size + 20 + len(MCAP0_MAGIC)
-"""Size of the last record of a finished file, with what follows it [byte]."""
+"""Size of the last record of a finished file, with the bytes after it [byte]."""
 _INDEX_MAX = 32 << 20
 """Largest index that is read [byte]."""
 _SECOND = 1e-9

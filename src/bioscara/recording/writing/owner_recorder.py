@@ -20,15 +20,15 @@ from bioscara.recording.content import (
     ArmStatus,
 )
 from bioscara.recording.writing.arm_feed import ArmFeed, FeedItem
-from bioscara.recording.writing.arm_time import ArmTime
 from bioscara.recording.writing.folder import RESERVE, RecordingFolder
-from bioscara.recording.writing.frames import JointFrame, joint_frames
-from bioscara.recording.writing.messages import (
+from bioscara.recording.writing.rare_messages import (
     event_message,
     trajectory_message,
     transforms_message,
 )
 from bioscara.recording.writing.sample_messages import SampleMessages
+from bioscara.recording.writing.transforms import JointFrame, joint_frames
+from bioscara.recording.writing.wall_clock import WallClock
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
@@ -84,7 +84,7 @@ class OwnerRecorder:
         self._files = 0
         first = feed.first
         self._cycle, self._now = -1, first.time
-        self._time = ArmTime(first.time)
+        self._time = WallClock(first.time)
         self._begin = self._stamp = self._time.stamp(first.time)
         self._status: ArmStatus | None = None
         self._latched: dict[Topic, bytes] = {}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from bioscara.api.messages import StateSample
 from bioscara.recording.content import GRIPPER
-from bioscara.recording.writing.frames import JointFrame
+from bioscara.recording.writing.transforms import JointFrame
 from bioscara.rosbag.cdr import CdrMessage
 from bioscara.rosbag.joint_states import (
     ARM,

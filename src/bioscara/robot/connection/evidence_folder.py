@@ -20,7 +20,7 @@ from bioscara.rosbag.joint_states import (
     rounded_time_rows,
 )
 from bioscara.rosbag.recording_file import RecordingFile
-from bioscara.rosbag.texts import Level, log_message, text_message
+from bioscara.rosbag.texts import LogLevel, log_message, text_message
 from bioscara.rosbag.topics import Topic
 from bioscara.version import __version__
 
@@ -127,7 +127,7 @@ def _fill(file: RecordingFile, evidence: Evidence, faults: Sequence[ArmFault]) -
         file.add(Topic.EVENTS, data, shown, stamp)
         source = printable(fault.source)
         entry = log_message(
-            stamp, Level.ERROR, source, text, file="fault", function="", line=number
+            stamp, LogLevel.ERROR, source, text, file="fault", function="", line=number
         )
         file.add(Topic.LOG, entry, shown, stamp)
     _add_cycles(file, evidence, ahead)

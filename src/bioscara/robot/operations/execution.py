@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
+from bioscara.control.controllers.goal_handle import AcceptedGoal, GoalStatus
 from bioscara.control.controllers.joint_trajectory import PreparedGoal
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError

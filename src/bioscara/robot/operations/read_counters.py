@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from bioscara.drivers import Joint, Quality
-from bioscara.drivers.link.messages import FaultReport
+from bioscara.drivers.link.joint_reports import FaultReport
 from bioscara.errors import BioscaraError
 from bioscara.protocol import Capability
 from bioscara.robot.arm import Arm

@@ -122,7 +122,7 @@ def _width(call: Call, workspace: Workspace) -> tuple[float, float]:
         case "release":
             low, high = workspace.widths
             opening = call.arguments[0] if call.arguments else OPENING
-            # Jaws of any width are not driven yet: they open all the way.
+            # Jaws of unknown width are not driven yet: they open to the largest width.
             width = high if (low, high) == (jaws.lower, jaws.upper) else high + opening
         case _:
             width = call.arguments[0]

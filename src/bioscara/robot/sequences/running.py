@@ -48,7 +48,7 @@ def run_sequence(
 
     Raises:
         InvalidArgumentError: Another tool is mounted, or a step cannot be carried out; the message
-            names the step. What was refused by the first planning has moved nothing.
+            names the step. A refusal by the first planning has moved nothing.
         MotionCancelledError: It was stopped; the arm is at rest.
         BioscaraError: As the motions of the robot.
     """

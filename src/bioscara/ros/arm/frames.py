@@ -32,7 +32,7 @@ class Transform(NamedTuple):
     rotation: Quaternion
 
 
-class Frame(NamedTuple):
+class FrameJoint(NamedTuple):
     """A joint of a description, as far as frames depend on it.
 
     Attributes:
@@ -101,7 +101,7 @@ class Frames:
         ]
 
 
-def _frame(urdf: Urdf, tag: Element) -> Frame:
+def _frame(urdf: Urdf, tag: Element) -> FrameJoint:
     name, kind = urdf.attribute(tag, "name"), urdf.attribute(tag, "type")
     if kind not in (*_MOVABLE, "fixed"):
         raise urdf.error(tag, f"{name}: type {kind!r} is not one of fixed, {', '.join(_MOVABLE)}")
@@ -123,11 +123,11 @@ def _frame(urdf: Urdf, tag: Element) -> Frame:
     length = math.hypot(*direction) or 1.0
     unit = (direction[0] / length, direction[1] / length, direction[2] / length)
     if mimic is None:
-        return Frame(kind, pose, unit, name, 1.0, 0.0)
+        return FrameJoint(kind, pose, unit, name, 1.0, 0.0)
     ratio, shift = (
         float(mimic.get(key, value)) for key, value in (("multiplier", 1), ("offset", 0))
     )
-    return Frame(kind, pose, unit, urdf.attribute(mimic, "joint"), ratio, shift)
+    return FrameJoint(kind, pose, unit, urdf.attribute(mimic, "joint"), ratio, shift)
 
 
 def _vector(urdf: Urdf, tag: Element, text: str) -> Vector:

@@ -12,7 +12,7 @@ _KEPT = 64
 """Ends that are kept until they are waited for."""
 
 
-class Goals:
+class GoalEnds:
     """Ends of goals, by their numbers; used by several threads."""
 
     def __init__(self) -> None:

@@ -17,8 +17,8 @@ from bioscara.api import messages as m
 from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, BioscaraError, BusyOwnerError, ConfigurationError
+from bioscara.server.clients.arm_service import ArmService
 from bioscara.server.clients.connection import AnySample, Connection, Sessions, Workers
-from bioscara.server.clients.served_arm import ServedArm
 
 CLIENTS = 200
 """Largest number of connections."""
@@ -43,7 +43,7 @@ class ApiServer:
         ConfigurationError: There is no such group.
     """
 
-    def __init__(self, owner: ServedArm, claim: OwnerClaim, group: str = "") -> None:
+    def __init__(self, owner: ArmService, claim: OwnerClaim, group: str = "") -> None:
         self._owner, self._claim = owner, claim
         self._group = _group_number(group)
         self._sessions, self._instance = Sessions(), secrets.token_hex(16)

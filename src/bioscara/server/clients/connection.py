@@ -24,8 +24,8 @@ from bioscara.errors import (
 )
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
+from bioscara.server.clients.arm_service import ArmService
 from bioscara.server.clients.client import Later
-from bioscara.server.clients.served_arm import ServedArm
 
 HELLO_TIMEOUT = 5.0
 """Time in which a client has to introduce itself [s]."""
@@ -190,7 +190,7 @@ class Connection(asyncio.Protocol):
 
     def __init__(
         self,
-        owner: ServedArm,
+        owner: ArmService,
         sessions: Sessions,
         instance: str,
         workers: Workers,
@@ -198,7 +198,7 @@ class Connection(asyncio.Protocol):
     ) -> None:
         self._owner, self._sessions, self._instance = owner, sessions, instance
         self._workers, self._connections = workers, connections
-        self._frames = framing.Frames(framing.HELLO_MAX)
+        self._frames = framing.MessageSplitter(framing.HELLO_MAX)
         self._decode: Callable[[bytes], Any] = framing.from_client.decode
         self._encode: Callable[[Any], bytes] = framing.encode_packed
         self._transport: asyncio.Transport | None = None
@@ -262,7 +262,7 @@ class Connection(asyncio.Protocol):
         self._full = True
 
     def resume_writing(self) -> None:
-        """The client has read everything: send what is newest."""
+        """The client has read everything: send the newest sample."""
         self._full = False
         self._catch_up()
         self._pump()
@@ -494,7 +494,7 @@ class Connection(asyncio.Protocol):
             cycle: Number of its cycle.
         """
         subscription = self._subscriptions[kind]
-        # It may be the one that the client got after it had read what came before.
+        # The client may have got it already, after it had read the samples before.
         if self._ending or time < subscription.due or cycle == subscription.sent:
             return
         subscription.due = time + 0.999 * subscription.period

@@ -13,7 +13,7 @@ SHORTEST, LONGEST = 0.2, 60.0
 
 
 class Lease:
-    """Who may command the arm, and until when.
+    """The client that may command the arm, and the time until which it may.
 
     Each holder gets a higher epoch, which its commands carry: one that was sent before another
     client took over is recognised and refused.

@@ -35,13 +35,13 @@ from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
 from bioscara.robot.operations.between_cycles import BetweenCycles
+from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
-from bioscara.robot.operations.controllers.set_hardware_state import SetHardwareState
 from bioscara.robot.operations.operation import Operation
 from bioscara.server.clients.client import Client, Later
-from bioscara.server.controllers.goals import ControllerGoals
-from bioscara.server.controllers.parameters import LOADED, made_controller, require_client
+from bioscara.server.controllers.controller_goals import ControllerGoals
+from bioscara.server.controllers.loadable_controllers import LOADED, made_controller, require_client
 from bioscara.spelling import did_you_mean
 
 T = TypeVar("T")
@@ -227,7 +227,7 @@ class ClientControllers:
         def work() -> LifecycleState:
             run = self._run
             claim = run is None or run.done
-            operation = SetHardwareState(command.component, state, used, claim=claim)
+            operation = ChangeHardwareState(command.component, state, used, claim=claim)
             self._arm.begin(operation, check)
             return operation.result(_PATIENCE)
 
@@ -418,7 +418,7 @@ class ClientControllers:
 
 
 class _EndedError(Exception):
-    """The operation of the controllers has ended meanwhile."""
+    """The operation of the controllers has ended before the request."""
 
 
 class _PointUploads:

@@ -12,7 +12,7 @@ from bioscara.control.controllers.joint_trajectory import JointTrajectoryControl
 from bioscara.control.loop.loop import CycleReport
 from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
-from bioscara.server.controllers.goals import ControllerGoals
+from bioscara.server.controllers.controller_goals import ControllerGoals
 
 
 class ControllerSampler:

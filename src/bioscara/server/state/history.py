@@ -34,8 +34,8 @@ class StateHistory:
     """A ring of rows, written by the control loop and read by any thread.
 
     The memory is taken once, and a row is written in place. The row of a cycle is complete before
-    it is counted, and the oldest rows, which may be overwritten meanwhile, are not read: no lock
-    can make the loop wait.
+    it is counted, and the oldest rows, which may be overwritten during a reading, are not read:
+    no lock can make the loop wait.
 
     Args:
         names: The joints.

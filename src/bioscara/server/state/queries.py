@@ -11,7 +11,7 @@ from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
 from bioscara.printing import printable
 from bioscara.robot.arm import Arm
-from bioscara.server.controllers.parameters import CLIENT_TYPES
+from bioscara.server.controllers.loadable_controllers import CLIENT_TYPES
 from bioscara.server.tasks.goals import ClientGoal
 from bioscara.spelling import did_you_mean
 

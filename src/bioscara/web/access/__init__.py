@@ -1,4 +1,4 @@
-"""Who may use a gateway, from where, for what, and how often.
+"""Permission to use a gateway: by token, origin, scope and rate.
 
 Begin with ``guard``, which checks each request before a route sees it: its address with
 ``addresses``, its credential with ``tokens`` and ``browser_sessions``, its rate with

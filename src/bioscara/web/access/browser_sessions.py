@@ -41,14 +41,14 @@ class BrowserSessions:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        # By their hashes: how long a search takes then tells nothing of the values.
+        # By their hashes: the duration of a search then reveals nothing of the values.
         self._sessions: dict[bytes, BrowserSession] = {}
 
     def begin(self, scope: Scope) -> str:
         """Sign a browser in; returns the value of its cookie."""
         value = secrets.token_urlsafe(32)
         self._sessions[_key(value)] = BrowserSession(scope, self._clock() + LIFETIME)
-        # Of its own scope alone: who may only look must not sign out who operates.
+        # Of its own scope alone: a viewer must not sign out an operator.
         own = [key for key, session in self._sessions.items() if session.scope == scope]
         for key in own[:-MOST]:
             self._sessions.pop(key).ended.set()

@@ -116,7 +116,7 @@ def _certificate(path: Path) -> x509.Certificate:
 
 
 def _write(path: Path, content: bytes, mode: int) -> None:
-    """Write a file as a whole, beside its place first; it never has another mode."""
+    """Write a file as a whole, under another name first; it never has another mode."""
     other = path.with_name(f"{path.name}.{secrets.token_hex(4)}")
     file = os.open(other, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
     try:

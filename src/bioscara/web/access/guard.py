@@ -1,6 +1,6 @@
 """The check that each request passes before any route sees it.
 
-Whatever is not public needs a credential, also a path that has no route: a route that is added
+Each path that is not public needs a credential, also one that has no route: a route that is added
 later is closed until it is listed here or asks for a scope of its own.
 """
 

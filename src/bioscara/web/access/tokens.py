@@ -1,4 +1,4 @@
-"""The tokens of a gateway, in a file that nobody else can read."""
+"""The tokens of a gateway, in a file that no other user can read."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Tokens:
 
 
 def default_path(arm: str) -> Path:
-    """Return the file with the tokens of an arm's gateway, beside the owner's socket."""
+    """Return the file with the tokens of an arm's gateway, next to the owner's socket."""
     return runtime.socket_of(arm).with_suffix(".tokens")
 
 
@@ -69,7 +69,7 @@ def load_tokens(path: Path) -> Tokens:
 def _made(path: Path) -> Tokens:
     tokens = {scope: secrets.token_hex(_BYTES) for scope in Scope}
     text = msgspec.json.encode({scope.name.lower(): token for scope, token in tokens.items()})
-    # Written beside its place first: another gateway that starts now must not read half of it.
+    # Under another name first: another gateway that starts now must not read half of it.
     other = path.with_name(f"{path.name}.{secrets.token_hex(4)}")
     file = os.open(other, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
     try:

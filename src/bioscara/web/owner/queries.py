@@ -139,6 +139,6 @@ class OwnerQueries:
 
 
 def _settle(future: asyncio.Future[Any]) -> None:
-    """Take an error that nobody waits for any more: asyncio would report it."""
+    """Take an error that no task waits for any more: asyncio would report it."""
     if future.done() and not future.cancelled():
         future.exception()

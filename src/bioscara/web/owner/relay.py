@@ -1,8 +1,8 @@
 """One WebSocket of a browser or program, joined to a connection of its own to the owner.
 
-The relay is a filter: it lets through what the scope of the client allows, and tells the owner who
-the client is. Lease, session and answers are the owner's. A slow client gets the newest sample; of
-other messages few wait here, then the owner's own limits apply.
+The relay is a filter: it passes the messages that the scope of the client allows, and gives the
+owner the client's name. Lease, session and answers are the owner's. A slow client gets the newest
+sample; of other messages few wait here, then the owner's own limits apply.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _log = logging.getLogger(__name__)
 
 
 class WebClient(NamedTuple):
-    """Who is at the other end of a WebSocket.
+    """The client at the other end of a WebSocket.
 
     Attributes:
         scope: What it may do.
@@ -78,7 +78,7 @@ class Relay:
     Args:
         websocket: The WebSocket, accepted.
         arm: Name of the owner.
-        client: Who is at its other end.
+        client: The client at its other end.
     """
 
     def __init__(self, websocket: WebSocket, arm: str, client: WebClient) -> None:
@@ -132,7 +132,7 @@ class Relay:
         except (OSError, ProtocolError) as error:
             _log.warning("the connection to the owner of arm %s broke: %s", self._arm, error)
         self._outbox.end()
-        # The other task tells the client, after the messages that still wait for it.
+        # The other task closes the WebSocket, after the messages that still wait.
         await asyncio.Event().wait()
 
     async def _down(self) -> Closing | None:
@@ -213,7 +213,7 @@ class Relay:
         )
 
     def _introduced(self, hello: m.ClientHello) -> m.ClientHello:
-        """Return a hello with who the client is, and a session of clients of its scope alone.
+        """Return a hello with the client's full name, and a session of clients of its scope alone.
 
         A client that knows the name of another one's session must not get its lease or its answers
         with a lesser token, or from the web.
@@ -240,7 +240,7 @@ class Relay:
             async with asyncio.timeout(SEND_TIMEOUT):
                 await self._websocket.close(closing.code, reason)
         except (TimeoutError, RuntimeError, WebSocketDisconnect):
-            # It does not read, or has left meanwhile.
+            # It does not read, or has left.
             return
 
 

@@ -133,7 +133,7 @@ class ServedArms:
         return ServedArm(owner.name, owner.bus, None, None, text, page, here)
 
     async def _stopped(self, owner: runtime.OwnerEntry, client: WebClient) -> StoppedArm:
-        # A connection of its own: it waits behind no other request, and says who stopped.
+        # A connection of its own: it waits behind no other request, and has the client's name.
         queries = OwnerQueries(owner.name, client.named("stop"))
         try:
             async with asyncio.timeout(_STOP):

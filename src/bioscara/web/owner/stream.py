@@ -12,7 +12,7 @@ _CHUNK = 1 << 16
 
 
 class OwnerStream:
-    """One connection to the owner of an arm; messages are JSON that nobody has looked into.
+    """One connection to the owner of an arm; messages are JSON that is not decoded yet.
 
     Args:
         reader: Of the socket.
@@ -21,7 +21,7 @@ class OwnerStream:
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._reader, self._writer = reader, writer
-        self._frames = framing.Frames(framing.ANSWER_MAX)
+        self._frames = framing.MessageSplitter(framing.ANSWER_MAX)
 
     @classmethod
     async def open(cls, arm: str) -> OwnerStream:
@@ -40,7 +40,7 @@ class OwnerStream:
             ) from error
 
     async def send(self, message: bytes) -> None:
-        """Send a message; returns when the owner has taken most of what was sent.
+        """Send a message; returns when the owner has taken most of the bytes.
 
         Raises:
             OSError: The owner has ended.

@@ -14,7 +14,7 @@ from bioscara.web.routes.work import Work
 
 
 class _Sample(msgspec.Struct):
-    """What is needed of a :class:`~bioscara.api.messages.StateSample`."""
+    """The part of a :class:`~bioscara.api.messages.StateSample` that is needed here."""
 
     positions: tuple[float | None, ...]
     pose: object

@@ -17,7 +17,7 @@ VERSION, ASSETS = read_assets()
 
 
 def add(app: FastAPI, arm: str) -> None:
-    """Add the routes, which need no credential: they tell nothing of the arm."""
+    """Add the routes, which need no credential: they reveal nothing of the arm."""
     for path, asset in ASSETS.items():
         route = _asset_route(asset)
         app.add_api_route(path, route, response_class=Response, include_in_schema=False)

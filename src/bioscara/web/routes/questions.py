@@ -87,7 +87,7 @@ def _add_stop(app: FastAPI, settings: WebSettings) -> None:
         responses={200: {"content": schema(m.Done)}},
     )
     async def stop(credential: Viewer) -> Response:
-        # A connection of its own: it waits behind no other request, and says who stopped.
+        # A connection of its own: it waits behind no other request, and has the client's name.
         client = WebClient(credential.scope, credential.address)
         queries = OwnerQueries(settings.arm, client.named("stop"))
         try:

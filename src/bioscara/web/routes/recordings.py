@@ -91,7 +91,7 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
 
 
 async def _parts(file: BinaryIO, size: int) -> AsyncIterator[bytes]:
-    """Yield as much of a file as was announced: it may be written meanwhile."""
+    """Yield as much of a file as was announced: it may be growing."""
     try:
         while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
             size -= len(part)

@@ -31,7 +31,7 @@ _BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {"*/*": {}
 
 
 class _Sample(msgspec.Struct):
-    """What is needed of a :class:`~bioscara.api.messages.StateSample`."""
+    """The part of a :class:`~bioscara.api.messages.StateSample` that is needed here."""
 
     positions: tuple[float | None, ...]
     pose: object

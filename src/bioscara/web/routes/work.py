@@ -51,5 +51,5 @@ class Work:
     def _end(self, done: asyncio.Future[_T]) -> None:
         self._pending -= 1
         if not done.cancelled():
-            # Taken, as nobody may wait for it any more: asyncio would report it.
+            # Taken, as its request may be gone: asyncio would report it.
             done.exception()

@@ -87,7 +87,7 @@ def test_the_owner_chooses_rate_and_firmware(
     )
 
 
-def test_two_arms_of_one_bus_have_to_be_told_apart(
+def test_of_two_arms_on_one_bus_one_has_to_be_named(
     arm: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with serving(Robot.simulated(), ServeSettings("right", "sim", speed=50.0)):

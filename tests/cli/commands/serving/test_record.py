@@ -1,4 +1,4 @@
-"""``bioscara record`` and what it says about a file; recording itself is in ``tests/recording``."""
+"""``bioscara record`` and its description of a file; recording itself is in ``tests/recording``."""
 
 from __future__ import annotations
 

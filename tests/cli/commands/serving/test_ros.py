@@ -55,7 +55,7 @@ def test_an_arm_and_a_bus_exclude_one_another(capsys: pytest.CaptureFixture[str]
     assert "--arm and --bus exclude one another" in capsys.readouterr().err
 
 
-def test_the_node_can_run_beside_an_owner_with_arguments_of_ros() -> None:
+def test_serve_runs_the_node_with_arguments_of_ros() -> None:
     words = ["serve", "--with", "web,ros", "--with", "ros --ros-args --params-file f.yaml"]
     assert parse(words).gateways == [
         ("web",),

@@ -216,7 +216,7 @@ def test_a_motion_is_played(
 
 
 @needs_viser
-def test_a_served_arm_is_looked_at() -> None:
+def test_a_served_arm_is_shown() -> None:
     with arm_served() as served:
         look_at_it = look_at(f"arm:{NAME}")
         time, joints = look_at_it()
@@ -249,7 +249,7 @@ def test_a_served_arm_is_looked_at() -> None:
     ],
 )
 @pytest.mark.usefixtures("files")
-def test_what_cannot_be_shown_is_refused_in_one_sentence(
+def test_a_source_that_cannot_be_shown_is_refused_in_one_sentence(
     words: str, complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()

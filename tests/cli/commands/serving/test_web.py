@@ -1,4 +1,4 @@
-"""``bioscara web`` from a terminal, and what remains of it when it is killed."""
+"""``bioscara web`` from a terminal, and the arm after the gateway was killed."""
 
 from __future__ import annotations
 

@@ -367,7 +367,7 @@ def test_an_interruption_reports_the_joint_and_the_command_to_repeat(
     assert "verified" not in out
     assert len(err.splitlines()) == 1
     assert "interrupted; j1 is without working firmware now" in err
-    assert "its bootloader is in ROM and still there: it comes up by itself" in err
+    assert "its bootloader is in ROM and still there: it starts automatically" in err
     assert err.rstrip().endswith("repeat: bioscara flash --joint 1 j1.bin")
     assert tools.started() == []
     assert tools.flash(ONE) == image(1)[:2500]

@@ -12,7 +12,9 @@ from bioscara.control.controllers.joint_trajectory import (
     JointTrajectoryController,
     Point,
 )
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.hardware import CommandInterface, StateInterface
 from control.control_stack import BOTH, LIMITS, NAMES, World
 

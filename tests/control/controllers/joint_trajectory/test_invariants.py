@@ -11,13 +11,15 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from bioscara.control.controllers.joint_trajectory import ErrorCode, GoalStatus, Point
+from bioscara.control.controllers.joint_trajectory.goal_conversion import Request, prepare
+from bioscara.control.controllers.joint_trajectory.goal_messages import JointTrajectory
+from bioscara.control.controllers.joint_trajectory.goal_validation import check_form, check_stamp
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.requests import Request, prepare
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.control.controllers.joint_trajectory.upsampling import upsampled
-from bioscara.control.controllers.joint_trajectory.validation import check_form, check_stamp
 from bioscara.errors import GoalRejectedError
 from bioscara.planning import Sample
 from control.control_stack import LIMITS, World

@@ -20,10 +20,12 @@ from bioscara.control.controllers.joint_trajectory import (
     JointTrajectory,
     Point,
 )
+from bioscara.control.controllers.joint_trajectory.goal_conversion import Request
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.planning import Sample, Trajectory, point_to_point
 from bioscara.robot.planner import ACCELERATION_SHARE
 from control.controllers.joint_trajectory.follower import BRAKES, NOTHING, Follower, alone, smooth
@@ -135,7 +137,7 @@ def test_any_change_of_the_scaling_stays_on_the_path_and_within_the_limits(
     arm.run(round((arm.move.duration + 2.0) / PERIOD))
     assert arm.positions[-1] == pytest.approx(arm.move.positions[-1])
     arm.assert_on_the_curve()
-    # Besides the deceleration, the scaling rises at 1 per second.
+    # Apart from the deceleration, the scaling rises at 1 per second.
     changes_of_velocity = np.abs(np.diff(arm.velocities, axis=0)) / PERIOD
     assert (changes_of_velocity <= 1.05 * MOST + 1.1 * FASTEST).all()
 

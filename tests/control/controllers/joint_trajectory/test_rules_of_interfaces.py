@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 
 from bioscara.control.controllers.joint_trajectory import Gains, GoalStatus, Point
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Pid
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.errors import ConfigurationError, GoalRejectedError, LimitError
 from bioscara.hardware import LifecycleState
 from control.control_stack import BOTH, NAMES
@@ -242,7 +244,7 @@ def test_rule_39_conditional_integration_stops_only_further_saturation() -> None
     assert pid.update(0.0, 0.0, 1.0) == pytest.approx(-0.2)
 
 
-def test_rule_39_back_calculation_bleeds_the_integral_by_what_was_cut_off() -> None:
+def test_rule_39_back_calculation_reduces_the_integral_by_the_clipped_part() -> None:
     pid = Pid(
         Gains(
             p=1.0,

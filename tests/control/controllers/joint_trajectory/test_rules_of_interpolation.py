@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
 from bioscara.control.controllers.joint_trajectory import GoalStatus, Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.upsampling import timed, upsampled
 from bioscara.errors import GoalRejectedError
 from bioscara.planning import Sample

@@ -104,7 +104,7 @@ def test_rule_20_the_path_is_judged_while_a_start_outlasts_the_old_one(pushed: f
     assert jtc.holding
 
 
-def test_rule_20_without_replacement_it_starts_from_what_is_measured(
+def test_rule_20_without_replacement_it_starts_from_the_measured_state(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(allow_trajectory_replacement=False)
@@ -191,7 +191,7 @@ def test_rule_22_the_goal_keeps_its_tolerances(arm: Follower) -> None:
     ],
     ids=["default", "no ramp", "no deceleration of j4"],
 )
-def test_rule_23_cancel_holds_what_is_measured_at_that_moment(
+def test_rule_23_cancel_holds_the_position_measured_at_that_moment(
     follower: Callable[..., Follower], constraints: dict[str, Any]
 ) -> None:
     arm = follower(constraints=constraints)
@@ -250,7 +250,7 @@ def test_rule_24_deactivation_aborts_and_leaves_positions_as_they_are(arm: Follo
     assert [axis.velocity_command.value for axis in arm.world.hardware.axes] == [0.0] * 4
 
 
-def test_rule_25_activation_holds_what_was_commanded_last(arm: Follower) -> None:
+def test_rule_25_activation_holds_the_last_command(arm: Follower) -> None:
     commanded = arm.commanded
     arm.world.switch(off=("jtc",))
     arm.world.switch("jtc")

@@ -14,15 +14,18 @@ from bioscara.control.controllers.joint_trajectory import (
     Point,
     Tolerance,
 )
-from bioscara.control.controllers.joint_trajectory.parameters import Constraints, JointConstraints
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     ToleranceMonitor,
+    TrajectoryResult,
     TrajectoryTolerances,
-    Verdict,
     Violation,
     choose,
     defaults,
     violated,
+)
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    Constraints,
+    JointConstraints,
 )
 from bioscara.planning import Sample
 from control.controllers.joint_trajectory.follower import NOTHING, Follower
@@ -43,10 +46,10 @@ def test_rule_29_defaults_check_nothing_but_standstill() -> None:
     )
 
 
-def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived() -> None:
+def test_rule_29_a_tolerance_of_0_is_not_checked_and_a_joint_that_moves_has_not_arrived() -> None:
     default = defaults(JOINTS, Constraints())
 
-    def at_end(speed: float) -> Verdict | None:
+    def at_end(speed: float) -> TrajectoryResult | None:
         error = Sample((9.0, -9.0), (0.0, speed), (9.0, 9.0))
         monitor = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
         assert monitor.before_the_end(error, 1.0) is None

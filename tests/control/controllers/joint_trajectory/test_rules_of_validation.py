@@ -8,15 +8,17 @@ from collections.abc import Callable, Mapping
 import pytest
 
 from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, JointTrajectory, Point
-from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.splicing import Spliced
-from bioscara.control.controllers.joint_trajectory.validation import (
+from bioscara.control.controllers.joint_trajectory.goal_validation import (
     arranged,
     check_form,
     check_limits,
     check_stamp,
     ranges,
+)
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.splicing import Spliced
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
 )
 from bioscara.errors import GoalRejectedError
 from bioscara.model import JointParameters
@@ -140,7 +142,7 @@ def test_rule_07_fields_are_full_or_empty() -> None:
     )
 
 
-def test_rule_07_what_is_missing_is_integrated_by_the_trapezoid_rule() -> None:
+def test_rule_07_missing_values_are_integrated_by_the_trapezoid_rule() -> None:
     points = check(
         Point(1.0, (), (), (2.0, -2.0)),
         Point(2.0, (), (), (-2.0, 2.0)),
@@ -162,7 +164,7 @@ def test_rule_07_joints_in_another_order_are_integrated_from_where_they_are() ->
     assert point == Point(1.0, (7.0, 9.0), (0.0, 2.0))
 
 
-def test_rule_07_what_a_point_without_velocities_lacks_counts_as_zero_for_the_next() -> None:
+def test_rule_07_missing_velocities_of_a_point_count_as_zero_for_the_next() -> None:
     points = check(
         Point(1.0, (1.0, 2.0)),
         Point(2.0, (), (2.0, 2.0)),
@@ -263,7 +265,7 @@ def within(
         ),
     ],
 )
-def test_pln1_what_a_joint_cannot_do_is_refused_with_value_limit_and_unit(
+def test_pln1_a_point_beyond_a_limit_is_refused_with_value_limit_and_unit(
     point: Point, why: str
 ) -> None:
     with pytest.raises(GoalRejectedError) as caught:
@@ -271,7 +273,7 @@ def test_pln1_what_a_joint_cannot_do_is_refused_with_value_limit_and_unit(
     assert why in str(caught.value)
 
 
-def test_pln1_the_limit_itself_is_within_whatever_rounding_makes_of_it() -> None:
+def test_pln1_the_limit_itself_is_accepted_despite_rounding() -> None:
     for share in (1.0, 1.0 + SLACK):
         for sign in (1.0, -1.0):
             point = Point(

@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 
 from bioscara.control.controllers.joint_trajectory import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.braking import Braked
+from bioscara.control.controllers.joint_trajectory.goal_conversion import Request
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.planning import Sample, point_to_point
 from bioscara.robot.planner import ACCELERATION_SHARE
 from planning.limits import LIMITS, NAMES

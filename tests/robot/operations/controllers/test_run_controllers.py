@@ -131,7 +131,7 @@ def test_a_stop_of_another_program_ends_the_lease_too(left: Site) -> None:
     left.robot.controllers.switch([POSITION_JTC])
 
 
-def test_a_client_that_vanishes_leaves_an_arm_that_comes_to_rest_by_its_lease() -> None:
+def test_the_arm_comes_to_rest_when_the_lease_of_a_vanished_client_lapses() -> None:
     with site(speed=2.0) as left:
         left.load(POSITION_JTC, **parameter_file()[POSITION_JTC])
         left.robot.release_lease()
@@ -143,7 +143,7 @@ def test_a_client_that_vanishes_leaves_an_arm_that_comes_to_rest_by_its_lease() 
             command = m.FollowGoal(controller=POSITION_JTC, goal=goal)
             number = client.request(command, epoch).goal
             left.moving()
-        # Nobody says goodbye: the lease lapses.
+        # The client ends without a release: the lease lapses.
         assert left.ended(number).status == "aborted"
         left.at_rest()
         assert left.plant.position("j1") < begin + 0.6
@@ -404,7 +404,9 @@ class Failing(ForwardCommandController):
         raise ControllerError("it fails", self.name)
 
 
-def test_what_best_effort_activates_before_an_error_is_in_the_operation(tmp_path: Path) -> None:
+def test_controllers_that_best_effort_activates_before_an_error_are_in_the_operation(
+    tmp_path: Path,
+) -> None:
     with own_robot(tmp_path) as robot:
         robot.home()
         manager = robot.arm.stack.manager

@@ -124,7 +124,7 @@ def refused(call: Callable[[], object], error: type[BioscaraError], match: str) 
         call()
 
 
-def test_what_a_load_forbids_is_refused(robot: Robot) -> None:
+def test_calls_that_a_load_forbids_are_refused(robot: Robot) -> None:
     robot.gripper.grasp(PLATE)
     width = robot.gripper.width
     for call in (robot.gripper.open, robot.gripper.close, lambda: robot.gripper.move(0.1)):

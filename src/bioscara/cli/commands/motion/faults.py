@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import shlex
 
-from bioscara.cli.arm import acknowledge_faults, open_arm
+from bioscara.cli.arm_parameters import parameters_from
+from bioscara.cli.opened_arm import acknowledge_faults, open_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.parameters import parameters_from
 
 
 def run(options: Options) -> int:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.motion import carry_out, opened_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.parameters import parameters_from
 
 
 def run(options: Options) -> int:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bioscara.cli.arm import arrange
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position, tool_line
+from bioscara.cli.opened_arm import arrange
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.cli.terminal.jog_keys import JogKeys

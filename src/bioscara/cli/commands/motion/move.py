@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm import arrange
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
+from bioscara.cli.opened_arm import arrange
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import (
     check_target,
     describe,

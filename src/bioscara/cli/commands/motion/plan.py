@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import describe, plan_target, target_planner
 
 

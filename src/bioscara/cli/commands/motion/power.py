@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm import acknowledge_faults, open_arm, remedy, require_acknowledgement
+from bioscara.cli.arm_parameters import parameters_from
+from bioscara.cli.opened_arm import acknowledge_faults, open_arm, remedy, require_acknowledgement
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.terminal.live_state import show_live
 

@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bioscara.cli import sequence
-from bioscara.cli.arm import (
+from bioscara.cli.arm_parameters import overlay_notes, parameters_from
+from bioscara.cli.motion import Progress, tool_line
+from bioscara.cli.opened_arm import (
     acknowledge_faults,
     at_full_speed,
     introduce,
@@ -22,13 +24,11 @@ from bioscara.cli.arm import (
     remedy,
     require_acknowledgement,
 )
-from bioscara.cli.motion import Progress, tool_line
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.live_view import make_view
 from bioscara.cli.output.observer import Observer
-from bioscara.cli.parameters import overlay_notes, parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.control.loop.realtime import realtime
@@ -41,7 +41,7 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.planning.motions.tool_speed import reduced
 from bioscara.report import (
-    History,
+    CycleHistory,
     JointInfo,
     Outcome,
     RunFolder,
@@ -208,7 +208,7 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
         )
         _keep_trajectory(folder, job)
         acknowledge_faults(robot, output.line)
-        history = History(names)
+        history = CycleHistory(names)
         angles = angle_unit(options)
         units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
         view = make_view(output, units, angles, tool_line(robot, angles))
@@ -270,7 +270,7 @@ def _move(
 
 
 def _finish(
-    summary: RunSummary, history: History, folder: RunFolder, problem: str, output: Output
+    summary: RunSummary, history: CycleHistory, folder: RunFolder, problem: str, output: Output
 ) -> ExitStatus:
     """Write the files, show the report, return the exit status."""
     written, problems = folder.finish(summary, history)

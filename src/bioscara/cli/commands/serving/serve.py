@@ -6,9 +6,9 @@ import asyncio
 import signal
 
 from bioscara.api.runtime import OwnerClaim
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.teach_table import table_file
 from bioscara.errors import InvalidArgumentError
 from bioscara.robot import Robot

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_drawing, write_picture
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.errors import ConfigurationError

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from bioscara.cli.arm import open_arm
+from bioscara.cli.arm_parameters import parameters_from
+from bioscara.cli.opened_arm import open_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import raising_keyboard_interrupt
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Joint
@@ -120,7 +120,7 @@ def _without_firmware(options: Options) -> str:
         still = "the ST-Link still reaches it"
     else:
         still = (
-            "its bootloader is in ROM and still there: it comes up by itself, or else with BOOT "
+            "its bootloader is in ROM and still there: it starts automatically, or else with BOOT "
             "held while RESET is pressed"
         )
     return (

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
-from bioscara.cli.parameters import parameters_from
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, BusUnavailableError
 from bioscara.model import ArmParameters
@@ -55,7 +55,7 @@ def _of_owner(options: Options) -> int:
     """List the joints of an arm that another process owns, as that process knows them."""
     output = Output()
     # Imported here, as planning and control are.
-    from bioscara.cli.arm import open_arm  # noqa: PLC0415
+    from bioscara.cli.opened_arm import open_arm  # noqa: PLC0415
 
     with open_arm(options, parameters_from(options)) as robot:
         output.line(f"arm: {robot.description}")

@@ -6,12 +6,12 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from bioscara.cli.arm import open_arm
+from bioscara.cli.arm_parameters import parameters_from
+from bioscara.cli.opened_arm import open_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import AngleUnit, angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, columns
 from bioscara.cli.output.plots import require_drawing, write_picture
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import planner_from
 from bioscara.cli.teach_table import lookup, read_table, refuse_overwriting, table_file, tool_rows
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, columns
-from bioscara.cli.parameters import parameters_from
 from bioscara.cli.teach_table import read_table, refuse_overwriting, table_file, tool_rows
 from bioscara.kinematics import Pose
 from bioscara.model import ArmParameters

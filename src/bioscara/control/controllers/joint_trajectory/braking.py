@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.messages import Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import Point
+from bioscara.control.controllers.joint_trajectory.interpolation import CurveState, Interpolator
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
 from bioscara.planning import Sample
 
@@ -92,7 +92,7 @@ class Braked:
         self.duration = (len(self._steps) - 1) * period
         self.end = course.sample(time).values.positions
 
-    def sample(self, time: float) -> Place:
+    def sample(self, time: float) -> CurveState:
         """Return the state at ``time`` [s since the pace began to fall]."""
         return self._at(*self.along(time))
 
@@ -109,7 +109,7 @@ class Braked:
         rate, into = (left - pace) / self._period, time - index * self._period
         return begin + (pace + rate * into / 2.0) * into, pace + rate * into, rate
 
-    def _at(self, time: float, pace: float, rate: float) -> Place:
+    def _at(self, time: float, pace: float, rate: float) -> CurveState:
         (positions, velocities, accelerations), point = self._course.sample(time)
         pairs = tuple(zip(velocities, accelerations, strict=True))
         values = Sample(
@@ -117,7 +117,7 @@ class Braked:
             tuple([v * pace for v, _ in pairs]),
             tuple([a * pace * pace + v * rate for v, a in pairs]),
         )
-        return Place(values, point)
+        return CurveState(values, point)
 
     def _left(self, before: Sample, after: Sample, pace: float, slowest: float) -> float:
         """Return the pace at the end of a period, for the course where it begins and ends."""

@@ -7,9 +7,14 @@ from collections.abc import Mapping
 
 from bioscara.arguments import number
 from bioscara.control.controllers.controller import WARNINGS, Controller, interfaces
-from bioscara.control.controllers.goals import GoalStatus
-from bioscara.control.controllers.joint_trajectory.interfaces import Handles
-from bioscara.control.controllers.joint_trajectory.messages import (
+from bioscara.control.controllers.goal_handle import GoalStatus
+from bioscara.control.controllers.joint_trajectory.goal_conversion import (
+    PreparedGoal,
+    PreparedTrajectory,
+    accept,
+    prepare,
+)
+from bioscara.control.controllers.joint_trajectory.goal_messages import (
     ControllerState,
     ErrorCode,
     Feedback,
@@ -17,22 +22,19 @@ from bioscara.control.controllers.joint_trajectory.messages import (
     GoalHandle,
     JointTrajectory,
 )
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.goal_validation import plain, plain_goal
+from bioscara.control.controllers.joint_trajectory.interfaces import Handles
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
-from bioscara.control.controllers.joint_trajectory.requests import (
-    PreparedGoal,
-    PreparedTrajectory,
-    accept,
-    prepare,
-)
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     ToleranceMonitor,
     choose,
     defaults,
 )
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.control.controllers.joint_trajectory.upsampling import timed
-from bioscara.control.controllers.joint_trajectory.validation import plain, plain_goal
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import VELOCITY
 from bioscara.planning import Sample

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from bioscara.control.controllers.joint_trajectory.messages import Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import Point
 from bioscara.errors import TrajectoryError
 from bioscara.planning.trajectory.polynomials import Sample, cubic, evaluate, line, quintic
 
@@ -19,8 +19,8 @@ _SHORTEST = 1e-6
 """Shortest path to the first point [s]: no cycle samples a shorter one."""
 
 
-class Place(NamedTuple):
-    """State of a course at a time.
+class CurveState(NamedTuple):
+    """State of the curve at a time.
 
     Attributes:
         values: State of the joints.
@@ -65,7 +65,10 @@ class Interpolator:
         self._lead_to = 0
         self._first, last = _as_given(points[0]), _as_given(points[-1])
         self._waiting = self._first
-        self._last, self._rest = Place(last, len(points)), Place(_at_rest(last), len(points))
+        self._last, self._rest = (
+            CurveState(last, len(points)),
+            CurveState(_at_rest(last), len(points)),
+        )
         self.duration, self.begins = self._times[-1], self._times[0]
         self.end, self.continuable = last.positions, len(points) > 1
 
@@ -89,7 +92,7 @@ class Interpolator:
                 # Missing start derivatives count as zero, so that it is as smooth as the rest.
                 self._lead = _segment(Point(time, *state), first)
 
-    def sample(self, time: float) -> Place:
+    def sample(self, time: float) -> CurveState:
         """Return the state at ``time`` [s since the trajectory's start]."""
         times = self._times
         if time >= self.duration:
@@ -97,14 +100,14 @@ class Interpolator:
         index, lead_to = bisect_right(times, time), self._lead_to
         if not self._interpolate:
             waits = index <= lead_to
-            return Place(self._waiting if waits else _as_given(self.points[index]), index)
+            return CurveState(self._waiting if waits else _as_given(self.points[index]), index)
         if index > lead_to or (index and not self._lead):
             values = evaluate(self._segments[index - 1], time - times[index - 1])
-            # Place(...) takes twice as long.
-            return _new(Place, (values, index))
+            # CurveState(...) takes twice as long.
+            return _new(CurveState, (values, index))
         if self._lead:
-            return Place(evaluate(self._lead, max(time - self.begins, 0.0)), lead_to)
-        return Place(self._first, 0)
+            return CurveState(evaluate(self._lead, max(time - self.begins, 0.0)), lead_to)
+        return CurveState(self._first, 0)
 
 
 def _as_given(point: Point) -> Sample:

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 from bioscara.arguments import number
 from bioscara.control.controllers.joint_trajectory.braking import Braked, deceleration, standstill
-from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.requests import Request
+from bioscara.control.controllers.joint_trajectory.goal_conversion import Request
+from bioscara.control.controllers.joint_trajectory.interpolation import CurveState, Interpolator
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.errors import GoalRejectedError, LimitError
 from bioscara.planning import Sample
 
@@ -99,7 +101,7 @@ class TrajectorySampler:
             raise GoalRejectedError(f"speed scaling {factor:g} must not be negative")
         self._wanted_scaling = factor
 
-    def advance(self, time: float, period: float, measured: Sample) -> Place:
+    def advance(self, time: float, period: float, measured: Sample) -> CurveState:
         """Advance to a time, and return the desired state of the joints.
 
         Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
+from bioscara.control.controllers.joint_trajectory.interpolation import CurveState, Interpolator
 from bioscara.planning import Sample
 
 
@@ -46,14 +46,14 @@ class Spliced:
         self.duration = max(each.duration - ahead for each, ahead in self._distinct)
         self.end = tuple(each.end[joint] for joint, (each, _) in enumerate(self._sources))
 
-    def sample(self, time: float) -> Place:
+    def sample(self, time: float) -> CurveState:
         """Return the state at ``time`` [s since the new trajectory's start], and its point."""
         places = [course.sample(time + offset) for course, offset in self._distinct]
         fields = [
             tuple([places[row].values[field][joint] for row, joint in self._rows])
             for field in range(3)
         ]
-        return Place(Sample(*fields), places[0].point)
+        return CurveState(Sample(*fields), places[0].point)
 
     def source(self, joint: int) -> tuple[Interpolator, float]:
         """Return the course that a joint follows, and the time on it at time 0 [s]."""

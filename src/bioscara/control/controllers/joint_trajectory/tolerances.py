@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.control.controllers.goals import GoalStatus
-from bioscara.control.controllers.joint_trajectory.messages import ErrorCode, Goal, Tolerance
-from bioscara.control.controllers.joint_trajectory.parameters import Constraints
+from bioscara.control.controllers.goal_handle import GoalStatus
+from bioscara.control.controllers.joint_trajectory.goal_messages import ErrorCode, Goal, Tolerance
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import Constraints
 from bioscara.planning import Sample
 
 ERASE = -1.0
@@ -43,7 +43,7 @@ class Violation(NamedTuple):
     limit: float
 
 
-class Verdict(NamedTuple):
+class TrajectoryResult(NamedTuple):
     """How a trajectory ended.
 
     Attributes:
@@ -83,7 +83,7 @@ class ToleranceMonitor:
         self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
         self.tolerances = tolerances
 
-    def before_the_end(self, error: Sample, time: float) -> Verdict | None:
+    def before_the_end(self, error: Sample, time: float) -> TrajectoryResult | None:
         """Return how a trajectory ended before its last point, or None while it continues.
 
         Args:
@@ -93,14 +93,14 @@ class ToleranceMonitor:
         violation = violated(self.tolerances.path, error, velocity=self._velocity)
         if violation is None:
             return None
-        return Verdict(
+        return TrajectoryResult(
             GoalStatus.ABORTED,
             ErrorCode.PATH_TOLERANCE_VIOLATED,
             f"Aborted due to path tolerance violation: {self._describe(violation)}, "
             f"{time:.3f} s into the trajectory",
         )
 
-    def after_the_end(self, error: Sample, overtime: float) -> Verdict | None:
+    def after_the_end(self, error: Sample, overtime: float) -> TrajectoryResult | None:
         """Return how a trajectory ended after its last point, or None while its end is awaited.
 
         Args:
@@ -110,14 +110,16 @@ class ToleranceMonitor:
         goal_time = self.tolerances.goal_time
         violation = violated(self.tolerances.goal, error, velocity=self._velocity)
         if violation is None:
-            return Verdict(GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!")
+            return TrajectoryResult(
+                GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!"
+            )
         if 0.0 < goal_time < overtime:
             why = f"Aborted due to goal_time_tolerance exceeding by {overtime - goal_time:.3f} s"
         elif 0.0 < self._timeout < overtime:
             why = f"Aborted due to command timeout, {self._timeout:g} s after the last point"
         else:
             return None
-        return Verdict(
+        return TrajectoryResult(
             GoalStatus.ABORTED,
             ErrorCode.GOAL_TOLERANCE_VIOLATED,
             f"{why}: {self._describe(violation)}",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory, Point
+from bioscara.control.controllers.joint_trajectory.goal_messages import JointTrajectory, Point
 
 
 def timed(trajectory: JointTrajectory, frequency: float) -> JointTrajectory:

@@ -1,6 +1,6 @@
 """Goals that clients' controllers take only under conditions of the whole arm.
 
-Called between two cycles while :class:`RunControllers` runs; what is refused moves nothing.
+Called between two cycles while :class:`RunControllers` runs; a refused one moves nothing.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def trigger_homing(
         raise LifecycleError(f"{name}: motion is paused; resume() first")
     if (load := arm.workspace.load) is not None:
         raise LifecycleError(
-            f"{name}: the tool carries {load.name}, and the way of homing is clear only for an "
+            f"{name}: the tool carries {load.name}, and the path of homing is clear only for an "
             "empty gripper; detach() it"
         )
     for axis in stack.arm.axes:

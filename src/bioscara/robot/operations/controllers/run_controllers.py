@@ -8,7 +8,7 @@ from concurrent.futures import Future
 
 from bioscara.control.controllers.controller import AnyController
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.gripper_messages import GripperGoalHandle
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController

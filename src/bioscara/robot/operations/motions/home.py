@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from bioscara.arguments import items, shown
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.drivers.joint.homing import check_current, check_sensitivity
 from bioscara.errors import HomingError, InvalidArgumentError, LifecycleError
 from bioscara.model.parameters import JOINTS
@@ -105,8 +105,8 @@ class Home(Operation[None]):
             return
         if (load := arm.workspace.load) is not None:
             raise LifecycleError(
-                f"home(): the tool carries {load.name}, and the way of homing is clear only for an "
-                "empty gripper; gripper.release() or detach() it"
+                f"home(): the tool carries {load.name}, and the path of homing is clear only for "
+                "an empty gripper; gripper.release() or detach() it"
             )
         stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, clock.now())

@@ -6,7 +6,7 @@ import threading
 from contextlib import suppress
 
 from bioscara.arguments import number
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_messages import (
     GripperGoal,
     GripperGoalHandle,
@@ -75,7 +75,7 @@ class MoveGripper(Operation[GripperResult]):
             kinematics, scene = planner.kinematics, planner.workspace.surroundings
             for path in self._arm_motion.paths:
                 # The check of a path tolerates too little clearance at its start: there the jaws
-                # are checked by themselves.
+                # are checked separately.
                 start = start_of(path, planner)
                 scene.check_standing(kinematics, start, before)
                 scene.check(kinematics, path, start)

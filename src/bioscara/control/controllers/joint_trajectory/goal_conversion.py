@@ -9,12 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from bioscara.control.controllers.joint_trajectory.interfaces import Handles
-from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import Goal, JointTrajectory, Point
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.upsampling import upsampled
-from bioscara.control.controllers.joint_trajectory.validation import (
+from bioscara.control.controllers.joint_trajectory.goal_messages import Goal, JointTrajectory, Point
+from bioscara.control.controllers.joint_trajectory.goal_validation import (
     Range,
     arranged,
     check_form,
@@ -22,6 +18,12 @@ from bioscara.control.controllers.joint_trajectory.validation import (
     check_stamp,
     ranges,
 )
+from bioscara.control.controllers.joint_trajectory.interfaces import Handles
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
+from bioscara.control.controllers.joint_trajectory.upsampling import upsampled
 from bioscara.errors import GoalRejectedError, TrajectoryError
 from bioscara.model import JointParameters
 

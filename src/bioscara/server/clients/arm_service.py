@@ -24,7 +24,7 @@ class NumberedEvents(Protocol):
         """Return an event as bytes for the socket."""
 
 
-class ServedArm(Protocol):
+class ArmService(Protocol):
     """An arm behind a socket; all methods are called in the thread of the requests.
 
     Attributes:
@@ -61,7 +61,7 @@ class ServedArm(Protocol):
         """Carry out a command; arguments and errors as of ``Owner``."""
 
     def announce(self, what: str, text: str, client: str) -> None:
-        """Tell that something happened to the server itself."""
+        """Report an event of the server itself."""
 
     def tick(self) -> None:
-        """Do what is due also without a control loop; called now and then."""
+        """Do the periodic work that needs no control loop; called now and then."""

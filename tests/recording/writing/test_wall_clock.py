@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bioscara.recording.writing.arm_time import ArmTime
+from bioscara.recording.writing.wall_clock import WallClock
 
 _SECOND = 10**9
 
@@ -22,7 +22,7 @@ class Clocks:
 
 def test_a_step_of_the_wall_clock_changes_nothing_until_the_next_file() -> None:
     clocks = Clocks()
-    time = ArmTime(7.0, lambda: clocks.wall, lambda: clocks.steady)
+    time = WallClock(7.0, lambda: clocks.wall, lambda: clocks.steady)
     begin = time.stamp(7.0)
     assert begin == clocks.wall
     clocks.pass_time(10.0, set_by=3600.0)
@@ -34,7 +34,7 @@ def test_a_step_of_the_wall_clock_changes_nothing_until_the_next_file() -> None:
 @pytest.mark.parametrize("pace", [0.5, 2.0, 20.0])
 def test_a_simulation_of_another_pace_stays_in_its_own_time(pace: float) -> None:
     clocks = Clocks()
-    time = ArmTime(7.0, lambda: clocks.wall, lambda: clocks.steady)
+    time = WallClock(7.0, lambda: clocks.wall, lambda: clocks.steady)
     begin = time.stamp(7.0)
     clocks.pass_time(10.0)
     time.renew(7.0 + 10.0 * pace)

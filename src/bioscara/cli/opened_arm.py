@@ -102,7 +102,7 @@ def arrange(robot: Robot, options: Options, table: TeachTable, scene: Scene, too
     if own:
         robot.table = table
     elif options.table is not None:
-        # Not as the table of that arm: its owner would save it in place of what was taught.
+        # Not as the table of that arm: its owner would save it in place of the taught poses.
         cast("RemoteRobot", robot).borrow_table(table)
     if own or options.scene is not None:
         robot.scene = scene

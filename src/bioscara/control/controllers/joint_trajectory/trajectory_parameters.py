@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import Any, Literal
 
 from bioscara.control.controllers.joint_trajectory.pid import Gains
-from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
 from bioscara.model.validation import (

@@ -11,7 +11,7 @@ from bioscara.robot.operations.controllers.run_controllers import RunControllers
 from bioscara.robot.operations.operation import Cycles, Operation
 
 
-class SetHardwareState(Operation[LifecycleState]):
+class ChangeHardwareState(Operation[LifecycleState]):
     """Brings a hardware component to a lifecycle state; clients' controllers of it are left first.
 
     Args:

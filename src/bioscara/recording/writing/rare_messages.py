@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from bioscara.api.messages import Event, TrajectoryValue
-from bioscara.recording.writing.frames import Transform
+from bioscara.recording.writing.transforms import Transform
 from bioscara.rosbag.cdr import CdrMessage, put_stamp
 from bioscara.rosbag.joint_states import rounded
-from bioscara.rosbag.texts import Level, log_message
+from bioscara.rosbag.texts import LogLevel, log_message
 
 _LEVELS = {
-    "fault": Level.ERROR,
-    "warning": Level.WARNING,
-    "gap": Level.ERROR,
-    "stop": Level.WARNING,
+    "fault": LogLevel.ERROR,
+    "warning": LogLevel.WARNING,
+    "gap": LogLevel.ERROR,
+    "stop": LogLevel.WARNING,
 }
 """Levels of events in the log; others are information."""
 _SECOND = 1e9
@@ -28,7 +28,7 @@ def event_message(event: Event, arm: str, stamp: int) -> bytes:
         arm: Name of the owner.
         stamp: Time of the event [ns].
     """
-    level = _LEVELS.get(event.what, Level.INFO)
+    level = _LEVELS.get(event.what, LogLevel.INFO)
     return log_message(
         stamp,
         level,

@@ -12,13 +12,15 @@ from operator import attrgetter, itemgetter
 from typing import NamedTuple
 
 from bioscara.arguments import flag, items, number, numbers, shown, text
-from bioscara.control.controllers.joint_trajectory.messages import (
+from bioscara.control.controllers.joint_trajectory.goal_messages import (
     Goal,
     JointTrajectory,
     Point,
     Tolerance,
 )
-from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    JointTrajectoryParameters,
+)
 from bioscara.errors import GoalRejectedError
 from bioscara.model import JointParameters
 from bioscara.planning.trajectory.validation import TOLERANCE

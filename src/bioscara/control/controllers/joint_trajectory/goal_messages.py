@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple, Self
 
-from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
+from bioscara.control.controllers.goal_handle import AcceptedGoal, GoalStatus
 from bioscara.planning import Sample, Trajectory
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from bioscara.api import messages as m
 from bioscara.api.values import gripper_value
-from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_messages import GripperGoalHandle
 from bioscara.control.controllers.homing_controller import HomingGoal
 from bioscara.control.controllers.joint_trajectory import GoalHandle

@@ -16,7 +16,7 @@ _PERIOD, _ROWS_MAX = 0.01, 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Recording:
+class PlayedMotion:
     """A motion of j1 to j4; between two rows the joints move at constant speed.
 
     Attributes:
@@ -41,7 +41,7 @@ class Recording:
         names: Sequence[str],
         elsewhere: Sequence[float],
         notes: tuple[str, ...] = (),
-    ) -> Recording:
+    ) -> PlayedMotion:
         """Sample a trajectory.
 
         Args:

@@ -10,7 +10,7 @@ _SAME_PACE = 1e-2
 """Difference of the paces of two clocks below which they count as the same."""
 
 
-class ArmTime:
+class WallClock:
     """Adds to the arm's times what the wall clock was ahead when the recording began.
 
     Times that belong together stay together: a step of the wall clock while a file is written
