@@ -53,7 +53,7 @@ from bioscara.server.state.sampling import Sampler
 from bioscara.server.table_file import TableFile
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
-from bioscara.server.tasks.tasks import Tasks, make_plan
+from bioscara.server.tasks.task_operations import TaskOperations, make_plan
 from bioscara.server.tasks.uploads import Uploads
 from bioscara.version import __version__
 
@@ -126,7 +126,7 @@ class Owner:
             robot.table = taught
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
-        self._tasks = Tasks(
+        self._tasks = TaskOperations(
             self._arm,
             self._plans,
             self._uploads,
