@@ -288,6 +288,7 @@ const TEXTS = {
   "jog.moving": "now {speed} mm/s",
   "jog.plus": "{name} plus",
   "jog.minus": "{name} minus",
+  "jog.axis": "Axis",
   "jog.axis.j1": "J1",
   "jog.axis.j2": "J2",
   "jog.axis.j3": "J3",
