@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -216,6 +218,64 @@ def test_steps_are_added_edited_and_moved_by_keyboard(panel: Page, left: Site) -
     panel.get_by_role("button", name="Undo").last.click()
     words = panel.locator(".step-words").all_inner_texts()
     assert words[0].startswith("Line to a pose")
+
+
+def take(panel: Page, left: Site, label: str, j1: float) -> Pose:
+    """Let the page move the arm, and take a point there; returns where the tool is."""
+    panel.evaluate(
+        "(goal) => bioscara.start({kind: 'move_joints', goal})"
+        ".then(({goal}) => bioscara.ended(goal))",
+        [j1, *HALF[1:]],
+    )
+    wait_until(lambda: at_rest(left.robot), "the arm rests")
+    holds(panel, f"Math.abs(bioscara.arm.sample.positions[0] - {j1}) < 1e-3")
+    panel.get_by_role("button", name=label).click()
+    pose: Pose = left.robot.pose
+    return pose
+
+
+def test_a_frame_is_taught_by_two_points_shown_before_it_is_saved(panel: Page, left: Site) -> None:
+    part = panel.get_by_role("region", name="Frame by two points")
+    panel.locator("#frame-name").fill("bench")
+    save = part.get_by_role("button", name="Save frame of both points")
+    assert save.get_attribute("title") == "take both points first"
+    origin = take(panel, left, "Take the origin here", HALF[0])
+    near = take(panel, left, "Take a point on x here", HALF[0] + 0.01)
+    distance = 1e3 * math.hypot(near.x - origin.x, near.y - origin.y)
+    refused = (
+        f"The points are {distance:.1f} mm apart, too near for a direction: take points at least "
+        "20 mm apart."
+    )
+    assert part.locator(".frame-found").inner_text() == refused
+    save.click(force=True)
+    panel.locator("#messages .error", has_text="too near for a direction").wait_for()
+    assert left.robot.frames == ()
+
+    on_x = take(panel, left, "Take a point on x here", HALF[0] + 0.2)
+    expected = Frame.from_points("bench", origin, on_x)
+    words = part.locator(".frame-found").inner_text()
+    x, y, z, yaw = expected.pose_frame_in_base
+    distance = 1e3 * math.hypot(on_x.x - origin.x, on_x.y - origin.y)
+    numbers = [float(each) for each in re.findall(r"-?\d+\.\d", words)]
+    assert numbers[:5] == pytest.approx(
+        [1e3 * x, 1e3 * y, 1e3 * z, math.degrees(yaw), distance], abs=0.2
+    )
+    save.click()
+    wait_until(lambda: [each.name for each in left.robot.frames] == ["bench"], "it is saved")
+    saved = left.robot.frame("bench")
+    assert saved.pose_frame_in_base == pytest.approx(expected.pose_frame_in_base, abs=1e-3)
+
+    # What is copied makes the same frame.
+    code = save.evaluate("(button) => button.nextElementSibling.python()")
+    assert code.splitlines()[-1].startswith(
+        'robot.table = robot.table.with_frame(Frame.from_points("bench", Pose('
+    )
+    points = re.findall(r"Pose\(([^)]*)\)", code)
+    made = Frame.from_points("bench", *(Pose(*map(float, point.split(", "))) for point in points))
+    assert made.pose_frame_in_base == pytest.approx(saved.pose_frame_in_base, abs=1e-4)
+    panel.locator(".undo-line").get_by_role("button", name="Undo").last.click()
+    wait_until(lambda: left.robot.frames == (), "it is gone")
+    take(panel, left, "Take the origin here", HALF[0])
 
 
 def test_a_place_stays_where_it_is_in_another_frame(panel: Page, left: Site) -> None:
