@@ -530,6 +530,8 @@ const TEXTS = {
   "plots.col_least": "lowest",
   "plots.col_most": "highest",
   "plots.held": "Paused. Drag over a plot to zoom in.",
+  "plots.no_load_original": "No load of {joints}: original firmware does not report it.",
+  "plots.no_load": "No load of {joints}: no answer, firmware of another build than this software, or no time for it on the bus at this rate.",
   "plots.no_history": "Nothing from before this moment: {problem}.",
 
   // Health.
