@@ -28,7 +28,7 @@ _P = ParamSpec("_P")
 _T = TypeVar("_T")
 
 
-class Verdict(msgspec.Struct, frozen=True):
+class ContentVerdict(msgspec.Struct, frozen=True):
     """The answer to a question about content: what it yields, or why it cannot be used.
 
     That a file or a value cannot be used is an answer and no error of the request: a browser
@@ -104,11 +104,11 @@ def json(value: object, status: HTTPStatus = HTTPStatus.OK) -> Response:
 
 
 def judged(question: Callable[_P, object], *args: _P.args, **kwargs: _P.kwargs) -> bytes:
-    """Return the :class:`Verdict` of a question about content, as JSON."""
+    """Return the :class:`ContentVerdict` of a question about content, as JSON."""
     try:
-        verdict = Verdict(question(*args, **kwargs), None)
+        verdict = ContentVerdict(question(*args, **kwargs), None)
     except BioscaraError as error:
-        verdict = Verdict(None, failure_of(error))
+        verdict = ContentVerdict(None, failure_of(error))
     return framing.encode_json(verdict)
 
 
@@ -150,7 +150,7 @@ def answers(result: type[Any], *, many: bool = False) -> dict[int | str, dict[st
 
 
 def verdicts(result: type[Any] | None) -> dict[int | str, dict[str, Any]]:
-    """Return the answers of a route that answers with a :class:`Verdict`, for the OpenAPI document.
+    """Return the answers of a route that answers with a :class:`ContentVerdict`, for the OpenAPI document.
 
     Args:
         result: Type of the result; None where it is described elsewhere.
