@@ -150,7 +150,7 @@ def answers(result: type[Any], *, many: bool = False) -> dict[int | str, dict[st
 
 
 def verdicts(result: type[Any] | None) -> dict[int | str, dict[str, Any]]:
-    """Return the answers of a route that answers with a :class:`ContentVerdict`, for the OpenAPI document.
+    """Return the answers of a route with a :class:`ContentVerdict`, for the OpenAPI document.
 
     Args:
         result: Type of the result; None where it is described elsewhere.
