@@ -34,7 +34,7 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws soak mutants ros2 generate clean
+.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -166,6 +166,9 @@ laws: $(VENV)/.dev firmware
 
 soak: $(VENV)/.dev
 	@$(BIN)/python -m tests.soak
+
+page-soak: $(VENV)/.dev
+	@PYTHONPATH=tests $(BIN)/python -m dashboard.soak
 
 mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py

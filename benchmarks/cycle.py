@@ -22,7 +22,7 @@ def _bus_time(arm: SimulatedArm, joints: list[Joint], frequency: float) -> tuple
     start = arm.now()
     track(joints, _setpoints(joints))
     taken = arm.now() - start
-    message = WRITE[Register.TRACK]
+    message = WRITE[Register.TRACKLOAD]
     written, read = message.request_size - 1 + TRAILER, message.answer_size + TRAILER
     bits = 30 + 9 * written + 9 * read
     return taken, len(joints) * (bits / frequency + OVERHEAD[frequency])

@@ -10,7 +10,7 @@ import numpy as np
 from bioscara.bus import Bus, Transaction
 from bioscara.errors import CommunicationError
 
-_OUT, _BACK = struct.Struct("<Bfh"), struct.Struct("<fhB")
+_OUT, _BACK = struct.Struct("<Bfh"), struct.Struct("<fhBB")
 _SCALES = ((35.0, 0.1), (-1570.8, 0.02), (24.0, 0.3), (12.0, 0.4))
 _PIECES = ((0.1, 0.2, 0.3, -0.1),) * 4
 _LIMITS = ((-3.0, 3.0), (0.0, 0.33), (-2.6, 2.6), (-3.0, 3.0))
@@ -33,11 +33,11 @@ def exchange() -> Callable[[], None]:
 
     def run() -> None:
         frames = [
-            Transaction(0x11, _OUT.pack(0xD5, 0.5 * scale + offset, 1), 7)
+            Transaction(0x11, _OUT.pack(0xD5, 0.5 * scale + offset, 1), 8)
             for scale, offset in _SCALES
         ]
         for data, (scale, offset) in zip(bus.transfer(frames), _SCALES, strict=True):
-            angle, _, _ = _BACK.unpack(data)  # type: ignore[arg-type]
+            angle, _, _, _ = _BACK.unpack(data)  # type: ignore[arg-type]
             (angle - offset) / scale
 
     return run
@@ -55,9 +55,9 @@ def cycle() -> Callable[[], None]:
             position = min(max(a + t * (b + t * (c + t * d)), lower), upper)
             velocity = b + t * (2.0 * c + t * 3.0 * d)
             data = _OUT.pack(0xD5, position * scale + offset, int(velocity))
-            frames.append(Transaction(0x11, data, 7))
+            frames.append(Transaction(0x11, data, 8))
         for data, (scale, offset) in zip(bus.transfer(frames), _SCALES, strict=True):
-            angle, speed, _ = _BACK.unpack(data)  # type: ignore[arg-type]
+            angle, speed, _, _ = _BACK.unpack(data)  # type: ignore[arg-type]
             (angle - offset) / scale, speed / scale
 
     return run

@@ -541,6 +541,20 @@ MUTANTS = (
         ("tests/protocol",),
     ),
     Mutant(
+        "check byte of an answer to TRACKLOAD",
+        "_TrackLoad.decode_v2",
+        "check == crc8_of_9(answer, _SEED[address << 1 | 1])",
+        "True",
+        ("tests/protocol",),
+    ),
+    Mutant(
+        "sequence number of an answer to TRACKLOAD",
+        "_TrackLoad.decode_v2",
+        "echo == sequence and",
+        "",
+        ("tests/protocol",),
+    ),
+    Mutant(
         "velocity limit of a setpoint, on the host",
         "SetpointLimits.check_setpoint",
         "and self._slowest <= velocity <= self._fastest",

@@ -121,6 +121,10 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             Frame.from_points,
             {"name": "bench", "origin": Pose(0.0, 0.0, 0.1), "on_x": FAR, "on_plane": BESIDE},
         ),
+        "Frame.from_points, two": (
+            Frame.from_points,
+            {"name": "bench", "origin": Pose(0.0, 0.0, 0.1), "on_x": FAR},
+        ),
         "Frame.pose": (BENCH.pose, BY),
         "Frame.compose": (BENCH.compose, {"pose": here}),
         "Grid": (

@@ -30,8 +30,8 @@ constexpr Register kCommands[] = {
     Register::DISABLESTALLGUARD, Register::CLEARSTALL, Register::SETBRAKEMODE,
     Register::DISABLEPID, Register::ENABLECLOSEDLOOP, Register::DISABLECLOSEDLOOP,
     Register::SETCONTROLTHRESHOLD, Register::MOVETOEND, Register::STOP,
-    Register::CHECKORIENTATION, Register::HOME, Register::TRACK, Register::WATCHDOG,
-    Register::CLEARFAULT,
+    Register::CHECKORIENTATION, Register::HOME, Register::TRACK, Register::TRACKLOAD,
+    Register::WATCHDOG, Register::CLEARFAULT,
 };
 
 class Session {
@@ -104,6 +104,7 @@ class Session {
       case Register::MOVETOEND:
         return {byte(2), byte(251), byte(256)};
       case Register::TRACK:
+      case Register::TRACKLOAD:
         return setpoint(static_cast<float>(host_.degrees() + between(-20.0, 20.0)),
                         static_cast<float>(between(-500.0, 500.0)));
       case Register::WATCHDOG:

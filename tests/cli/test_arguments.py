@@ -15,6 +15,7 @@ from bioscara.cli import main
 from bioscara.cli.arguments import parse
 from bioscara.cli.output.angles import DEGREES, RADIANS
 from bioscara.kinematics import Joints, Pose
+from processes import environment
 
 
 @pytest.mark.parametrize(
@@ -30,7 +31,12 @@ from bioscara.kinematics import Joints, Pose
         ("run a.csv --fi", "run has no option --fi; did you mean --fit?"),
         ("run a.csv --xyzzy 3", "its options are --parameters --dry-run --from"),
         ("run", "run needs FILE: ROS 2 trajectory"),
-        ("run a.csv b.csv", "there is nothing to do with 'b.csv'"),
+        ("run a.csv b.csv", "there is nothing to do with 'b.csv'; leave it out; see bioscara run"),
+        ("status left", "nothing to do with 'left'; an arm is named by --arm left"),
+        ("home left --deg", "an arm is named by --arm left; see bioscara home --help"),
+        ("lease left right", "nothing to do with 'left right'; leave it out"),
+        ("poses list left", "nothing to do with 'left'; leave it out; see bioscara poses list"),
+        ("record left", "there are start, info, recover, export, replay; an arm is named by --arm"),
         ("run a.csv --fit=3", "--fit takes no value"),
         ("move", "one of --pose X Y Z YAW, --joints J1 J2 J3 J4, --name NAME"),
         ("move --name a --pose 1 2 3 4", "--pose and --name exclude one another"),
@@ -59,6 +65,30 @@ def test_wrong_usage_is_one_sentence_that_names_the_word_and_the_remedy(
     assert out == ""
     assert complaint in err
     assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        *("run a.csv", "move --name a", "home", "jog", "gripper open", "enable", "disable"),
+        *("monitor", "joints", "faults", "acknowledge", "recover", "record start", "web", "ros"),
+        *("status", "lease", "events --follow", "logs"),
+    ],
+)
+def test_a_stray_word_may_be_an_arm_for_every_command_that_takes_one(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([*command.split(), "left"])
+    assert caught.value.code == 2
+    assert "with 'left'; an arm is named by --arm left; see bioscara" in capsys.readouterr().err
+
+
+def test_the_shell_gets_the_remedy_for_an_arm_as_a_word() -> None:
+    command = [sys.executable, "-m", "bioscara", "status", "left"]
+    said = subprocess.run(command, capture_output=True, text=True, env=environment(), check=False)
+    assert (said.returncode, said.stdout) == (2, "")
+    assert "an arm is named by --arm left; see bioscara status --help" in said.stderr
 
 
 @pytest.mark.parametrize(

@@ -53,16 +53,17 @@ class Site:
 
 
 @contextmanager
-def site(*at: float, speed: float = 1.0) -> Iterator[Site]:
+def site(*at: float, speed: float = 1.0, original: str = "") -> Iterator[Site]:
     """Serve an arm and its page.
 
     Args:
         *at: Where it stands, homed; by default far from all limits.
         speed: Factor by which its time is faster than real time.
+        original: Names of the joints with original firmware.
     """
     program = str(Path(__file__).with_name("served_site.py"))
     with runtime_folder() as folder:
-        words = [str(speed), *map(str, at or HALF)]
+        words = [original, str(speed), *map(str, at or HALF)]
         with running(program, *words, env=environment()) as process:
             _, url, token_file = wait_for_line(process, "served").split()
             with Robot.connect(f"arm:{NAME}") as robot:

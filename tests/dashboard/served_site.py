@@ -1,9 +1,10 @@
 """A simulated arm near its end stops, served with its gateway for browsers until SIGTERM.
 
-    served_site.py SPEED [J1 J2 J3 J4]
+    served_site.py ORIGINAL SPEED [J1 J2 J3 J4]
 
-SPEED is the factor by which its time is faster than real time. With positions it is homed, enabled
-and there. A line "served URL" has the address of the page.
+ORIGINAL are the names of joints with original firmware. SPEED is the factor by which its time is
+faster than real time. With positions it is homed, enabled and there. A line "served URL" has the
+address of the page.
 """
 
 from __future__ import annotations
@@ -15,21 +16,24 @@ from pathlib import Path
 
 from bioscara.api.runtime import folder
 from bioscara.server.serve import ServeSettings, serving
+from bioscara.sim import SimulatedArm
 from bioscara.web.gateway import Gateway, GatewaySettings
 from served import NAME, own_robot
+from simulated import NEAR
 from web.gateways import running_gateway
 
 
 def main() -> None:
     """Serve it."""
-    speed, *at = map(float, sys.argv[1:])
+    speed, *at = map(float, sys.argv[2:])
+    arm = SimulatedArm(v1=sys.argv[1].split(), positions=NEAR, seed=2)
     evidence = Path(folder()) / "faults"
     overlay = Path(folder()) / "arm.yaml"
     overlay.touch()
     settings = GatewaySettings(NAME, port=0, recordings=Path(folder()) / "recordings")
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
-    with own_robot(evidence) as robot:
+    with own_robot(evidence, arm=arm) as robot:
         if at:
             robot.home()
             robot.move_joints(at)

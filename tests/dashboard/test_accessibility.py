@@ -85,6 +85,9 @@ def test_axe_finds_nothing_in_any_tab(page: Page, left: Site, scheme: Any) -> No
     command(page)
     found = {tab: violations(page) for tab in opened(page)}
     assert len(found) == 7
+    if page.locator("#lease-give").is_hidden():
+        # The page could not renew its lease while axe kept a busy computer at work.
+        command(page)
     page.get_by_role("button", name="Give back").click()
     wait_for_state(page, "no-lease")
     found["no lease"] = violations(page)

@@ -35,9 +35,7 @@ def panel(files: Page, left: Site) -> Iterator[Page]:
     """Return the panel, and the arm at rest; no error may appear in the console."""
     wait_until(lambda: at_rest(left.robot), "the arm rests")
     yield files
-    # The browser itself reports each refusal of the server.
-    errors = [each for each in files.errors if "status of 422" not in each]  # type: ignore[attr-defined]
-    assert errors == []
+    assert files.errors == []  # type: ignore[attr-defined]
 
 
 def csv(duration: float, points: int = 2, start: float = HALF[0]) -> str:

@@ -10,11 +10,13 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from dashboard.rig import Site, open_page
+from dashboard.rig import Site, open_page, site
 from processes import wait_until
 from served import HALF
 
 pytestmark = pytest.mark.realtime
+
+JOINTS = ("j1", "j2", "j3", "j4")
 
 COUNT_LINES = """() => {
     const { stroke } = CanvasRenderingContext2D.prototype;
@@ -70,8 +72,39 @@ def test_the_plots_begin_before_the_page_was_opened(page: Page, left: Site) -> N
     speeds = [value for value in found["j1 velocity [rad/s]"] if not math.isnan(value)]
     assert max(map(abs, speeds)) > 0.1
     assert 1e-3 < max(found["bus [s]"]) < 0.01
+    for joint in JOINTS:
+        loads = found[f"{joint} load [%]"]
+        assert not any(map(math.isnan, loads)), joint
+        assert 0.0 <= min(loads) <= max(loads) <= 255.0
+    assert min(found["j1 load [%]"]) < max(found["j1 load [%]"])
     page.wait_for_timeout(300)
     assert table(page)["time [s]"][-1] > time[-1]
+
+
+def test_a_push_is_seen_as_the_load_of_its_joint(page: Page, left: Site) -> None:
+    def newest() -> list[float]:
+        found = table(page)
+        return [found[f"{joint} load [%]"][-1] for joint in JOINTS]
+
+    before = newest()
+    left.robot.simulate_fault("push", "j1", 1.5)
+    wait_until(lambda: newest()[0] > before[0] + 8.0, "the load of j1 in the plot")
+    assert newest()[1:] == pytest.approx(before[1:], abs=5)
+    left.robot.simulate_fault("push", "j1", 0.0)
+    expect(page.get_by_text("No load of")).to_have_count(0)
+
+
+def test_joints_without_load_are_named_and_their_lines_are_gaps(browser: Browser) -> None:
+    with site(original="j2 j4") as made:
+        context = browser.new_context(viewport={"width": 1440, "height": 900})
+        opened = open_page(context, made)
+        opened.get_by_role("tab", name="Plots").click()
+        expect(opened.get_by_text("No load of j2, j4: original firmware")).to_be_visible()
+        found = table(opened)
+        gaps = [all(map(math.isnan, found[f"{joint} load [%]"])) for joint in JOINTS]
+        assert gaps == [False, True, False, True]
+        assert opened.errors == []  # type: ignore[attr-defined]
+        context.close()
 
 
 def test_a_pause_holds_what_is_seen_and_a_drag_zooms(page: Page) -> None:

@@ -10,7 +10,7 @@ from importlib import import_module
 import pytest
 from playwright.sync_api import Browser, Page
 
-from bioscara import RemoteRobot, Robot
+from bioscara import Load, Prism, RemoteRobot, Robot
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.robot.robot_gripper import RobotGripper
 from dashboard.rig import Site, at_rest, command, moves, open_page, wait_for_state
@@ -119,6 +119,46 @@ def test_the_gripper_moves_to_a_width(page: Page, left: Site) -> None:
     gripper.get_by_role("button", name="Move the jaws").click()
     wait_until(lambda: abs(left.robot.gripper.width - 0.045) < 1e-6, "the jaws move")
     rests(left)
+
+
+def test_a_load_is_grasped_with_its_size_and_released(page: Page, left: Site) -> None:
+    gripper = part(page, "Gripper")
+    gripper.get_by_role("button", name="Open", exact=True).click()
+    wait_until(lambda: left.robot.gripper.width > 0.05, "the jaws are open")
+    rests(left)
+    gripper.locator("summary").click()
+    # The fields begin with a microplate, for which the jaws are wide enough.
+    grasp = gripper.get_by_role("button", name="Grasp", exact=True)
+    grasp.click()
+    gripper.get_by_text("carries plate").wait_for()
+    rests(left)
+    gripper.get_by_role("button", name="Release", exact=True).click()
+    gripper.get_by_text("carries nothing").wait_for()
+    rests(left)
+    fields = {"Name": "vial_1", "Length": "30", "Between the jaws": "60", "Below the tool's point":
+              "25", "Above the tool's point": "10", "Mass": "12"}  # fmt: skip
+    for label, value in fields.items():
+        gripper.get_by_label(label).fill(value)
+    grasp.click()
+    gripper.get_by_text("carries vial_1").wait_for()
+    rests(left)
+    load = left.robot.load
+    assert load is not None
+    shape = Prism.between((-0.015, -0.03, -0.025), (0.015, 0.03, 0.01))
+    # It touches no table where there is none.
+    assert load == Load("vial_1", shape, mass=0.012)
+    assert left.robot.gripper.width < 0.06
+    code = grasp.evaluate("(button) => button.nextElementSibling.python()")
+    check(code)
+    assert code.splitlines()[-1] == (
+        'robot.gripper.grasp(Load("vial_1", Prism.between((-0.015, -0.03, -0.025), '
+        "(0.015, 0.03, 0.01)), mass=0.012))"
+    )
+    gripper.get_by_role("button", name="Release", exact=True).click()
+    gripper.get_by_text("carries nothing").wait_for()
+    rests(left)
+    assert left.robot.load is None
+    assert left.robot.gripper.width > 0.06
 
 
 def test_disabling_says_what_it_means_and_one_joint_is_homed_alone(page: Page, left: Site) -> None:

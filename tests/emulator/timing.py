@@ -112,7 +112,7 @@ class Measurement:
         while board.machine.seconds < begun + 0.6:
             rpm = -60.0 * min(1.0, 4.0 * (board.machine.seconds - begun))
             start += rpm * 6.0 * 0.02
-            board.write(Register.TRACK, start, rpm)
+            board.write(Register.TRACKLOAD, start, rpm)
             board.run(0.02)
 
     def _change(self) -> None:
@@ -121,7 +121,7 @@ class Measurement:
         start = board.read(Register.STATE)[0]
         for index in range(30):
             start -= 3.0
-            board.write(Register.TRACK, start, -25.0)
+            board.write(Register.TRACKLOAD, start, -25.0)
             board.write(Register.SETMAXACCELERATION, 5000.0 + 10.0 * index)
             board.write(Register.SETMAXVELOCITY, 3000.0 + index)
             board.write(Register.SETCURRENT, 20 + index % 2)
@@ -139,7 +139,7 @@ class Measurement:
                 (READ[Register.STATE], ()),
                 (READ[Register.FAULT], ()),
                 (WRITE[Register.WATCHDOG], (60,)),
-                (WRITE[Register.TRACK], (0.0, 0.0)),
+                (WRITE[Register.TRACKLOAD], (0.0, 0.0)),
             ):
                 frame, _ = board.frame(message, *values)
                 result = board.bus.transfer(board.address, frame, message.answer_size + TRAILER)

@@ -56,7 +56,7 @@ def _answers(board: Board, since: float, within: float = BACK) -> Result:
 
 def _track(board: Board, joint: int) -> tuple[int, bytes, int]:
     """A frame of the control cycle, for any joint."""
-    message = WRITE[Register.TRACK]
+    message = WRITE[Register.TRACKLOAD]
     frame = message.encode_v2(0x10 + joint, board.next_sequence(), (0.0, 0.0))
     return 0x10 + joint, frame, message.answer_size + TRAILER
 
@@ -84,9 +84,9 @@ def test_after_an_error_in_any_byte_of_the_four_joints_cycle_the_joint_answers_w
     board.ready(40 if own == 2 else 20)
     begun, start = board.machine.seconds, board.read(Register.STATE)[0]
     if own == 4:
-        frames = [(Register.TRACK, joint) for joint in (1, 2, 3, 4)] + [(Register.STATE, own)]
+        frames = [(Register.TRACKLOAD, joint) for joint in (1, 2, 3, 4)] + [(Register.STATE, own)]
     else:
-        frames = [(Register.TRACK, own)]
+        frames = [(Register.TRACKLOAD, own)]
 
     def shared(joint: int, number: int) -> bool:
         """Images 1 to 3 are one but for their address, frames for others are one too: each of
@@ -95,7 +95,7 @@ def test_after_an_error_in_any_byte_of_the_four_joints_cycle_the_joint_answers_w
 
     def frame(register: Register, joint: int) -> tuple[int, bytes, int]:
         message, values = READ[Register.STATE], ()
-        if register is Register.TRACK:
+        if register is Register.TRACKLOAD:
             message, rpm = WRITE[register], 5.0
             values = start + rpm * 6.0 * (board.machine.seconds - begun), rpm
         address = 0x10 + joint
@@ -113,7 +113,7 @@ def test_after_an_error_in_any_byte_of_the_four_joints_cycle_the_joint_answers_w
     for register, joint, fault in faults:
         _held(board.bus.transfer(*frame(register, joint), fault=fault))
         _held(_answers(board, board.machine.seconds))
-        result = board.bus.transfer(*frame(Register.TRACK, own))
+        result = board.bus.transfer(*frame(Register.TRACKLOAD, own))
         assert result.data is not None
         _held(result)
     assert board.state() is JointState.TRACKING

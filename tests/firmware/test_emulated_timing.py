@@ -45,7 +45,7 @@ def test_an_address_match_at_any_time_of_the_tick_is_answered_at_once(hertz: int
     for step in range(STEPS):
         # The motor moves, so that the tick is long.
         start += 1.5
-        message = WRITE[Register.TRACK] if step % 2 else READ[Register.STATE]
+        message = WRITE[Register.TRACKLOAD] if step % 2 else READ[Register.STATE]
         frame, sequence = board.frame(message, *((start, 12.5) if step % 2 else ()))
         # To the beginning of a tick, and on so that the address of the read falls into it.
         left = 1000 - tick.read(0x24)

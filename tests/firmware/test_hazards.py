@@ -47,6 +47,7 @@ def _frames(host: Host) -> list[bytes]:
         host.frame(WRITE[Register.SETRPM], 0.0),
         host.frame(WRITE[Register.MOVETOANGLE], angle),
         host.frame(WRITE[Register.TRACK], angle, 0.0),
+        host.frame(WRITE[Register.TRACKLOAD], angle, 0.0),
         host.frame(WRITE[Register.WATCHDOG], 60),
     ]
 
@@ -175,6 +176,7 @@ def test_hz06_after_a_stop_by_silence_no_setpoint_moves_until_acknowledged_and_e
         (Register.SETRPM, (-60.0,)),
         (Register.MOVETOANGLE, (0.0,)),
         (Register.TRACK, (0.0, 0.0)),
+        (Register.TRACKLOAD, (0.0, 0.0)),
         (Register.MOVESTEPS, (500,)),
         (Register.HOME, (1, 11, 30, 10)),
         (Register.SETUP, (20, 20)),

@@ -213,7 +213,8 @@ def test_configure_pings_and_moves_nothing(v1: bool) -> None:
     arm.configure()
     assert powered(world) == [False] * 4
     sent = {t.write[0] for call in world.tap.calls for t in call}
-    moving = {Register.SETUP, Register.SETRPM, Register.MOVETOANGLE, Register.TRACK, Register.HOME}
+    moving = {Register.SETUP, Register.SETRPM, Register.MOVETOANGLE, Register.HOME}
+    moving |= {Register.TRACK, Register.TRACKLOAD}
     assert not sent & {int(register) for register in moving}
     assert {t.address for call in world.tap.calls for t in call} == {0x11, 0x12, 0x13, 0x14}
 

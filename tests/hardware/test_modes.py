@@ -197,7 +197,7 @@ def test_only_claimed_interfaces_are_written(v1: bool) -> None:
     switch(arm, "j2/velocity", "j4/position")
     world.tap.calls.clear()
     arm.write(world.arm.now(), PERIOD)
-    position = Register.MOVETOANGLE if v1 else Register.TRACK
+    position = Register.MOVETOANGLE if v1 else Register.TRACKLOAD
     sent = {(t.address, t.write[0]) for call in world.tap.calls for t in call}
     assert sent - {(0x14, Register.ANGLEMOVED)} == {(0x14, position), (0x12, Register.SETRPM)}
 

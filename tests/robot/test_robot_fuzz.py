@@ -62,7 +62,7 @@ class Tap(Bus):
     def _judge(self, transaction: Transaction) -> None:
         joint, frame, now = BY_ADDRESS[transaction.address], transaction.write, self._arm.now()
         code = frame[0]
-        if code in (Register.TRACK, Register.MOVETOANGLE):
+        if code in (Register.TRACKLOAD, Register.MOVETOANGLE):
             (degrees,) = struct.unpack_from("<f", frame, 1)
             position = math.radians(degrees) / joint.reduction
             before = self.last.get(joint.address)
@@ -77,7 +77,7 @@ class Tap(Bus):
                         f"{joint.name} at {now:.3f}: step of {position - before[1]:.4f} in "
                         f"{elapsed:.4f} s"
                     )
-            if code == Register.TRACK:
+            if code == Register.TRACKLOAD:
                 (rpm,) = struct.unpack_from("<h", frame, 5)
                 speed = rpm * 0.1 * math.pi / 30.0 / joint.reduction
                 if abs(speed) > joint.max_velocity * 1.02:

@@ -106,6 +106,7 @@ class Clients:
         self.actions: dict[str, Any] = {}
         self.heard_by: dict[str, list[tuple[float, Any]]] = {}
         self.subscriptions: dict[str, Any] = {}
+        self.streams: dict[str, Any] = {}
         self.goals: list[dict[str, Any]] = []
         threading.Thread(target=self.executor.spin, daemon=True).start()
 
@@ -152,6 +153,33 @@ class Clients:
         for _ in range(times):
             publisher.publish(filled_in)
             time.sleep(period)
+
+    def stream(self, topic: str, values: list[float], step: float, period: float) -> Any:
+        """Begin to publish numbers, of which the first grows by a step each time."""
+        message: dict[str, Any] = {"data": values}
+        self.publish("std_msgs/Float64MultiArray", topic, message)
+        sent = [values]
+        ended = threading.Event()
+
+        def run() -> None:
+            while not ended.wait(period):
+                sent.append([sent[-1][0] + step, *values[1:]])
+                self.publishers[topic].publish(type_of("std_msgs/Float64MultiArray")(data=sent[-1]))
+
+        thread = threading.Thread(target=run, daemon=True)
+        self.streams[topic] = (ended, thread, sent)
+        thread.start()
+
+    def streamed(self, topic: str) -> Any:
+        """Return what a stream has sent so far."""
+        return self.streams[topic][2][-1]
+
+    def end_stream(self, topic: str) -> Any:
+        """End a stream; return what it has sent last."""
+        ended, thread, sent = self.streams.pop(topic)
+        ended.set()
+        thread.join()
+        return sent[-1]
 
     def listen(self, type: str, topic: str, qos: str = "reliable") -> Any:  # noqa: A002
         """Begin to listen to a topic."""

@@ -7,6 +7,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -19,6 +20,7 @@ from bioscara.api import messages as m
 from bioscara.api.runtime import OwnerClaim, find, owners
 from bioscara.errors import BioscaraError, BusyOwnerError, FaultedError, OwnerLostError
 from bioscara.planning.motions.jog import JointVelocity
+from bioscara.remote import RemoteRobot
 from bioscara.robot import Robot
 from bioscara.server import overlay_file
 from bioscara.server.clients.client import Later
@@ -196,6 +198,27 @@ def test_an_owner_that_is_stopped_is_reported_and_used_again_when_it_goes_on(
             _ = robot.state
         owner.send_signal(signal.SIGCONT)
         eventually(lambda: answers(robot))
+
+
+def test_a_silent_owner_is_reported_in_time_and_gets_no_late_command(
+    start: Start, folder: Path
+) -> None:
+    assert folder.is_dir()
+    owner = served_by(start, "--bus", "sim", "--speed", "10")
+    with RemoteRobot(NAME, silence=0.5) as robot:
+        robot.controllers.subscribe(lambda _: None)
+        robot.enable()
+        owner.send_signal(signal.SIGSTOP)
+        begin = time.monotonic()
+        with pytest.raises(OwnerLostError, match="has been silent"):
+            _ = robot.state
+        with pytest.raises(OwnerLostError, match="has been silent"):
+            robot.disable()
+        # Each waits for as long as the silence is tolerated at most.
+        assert time.monotonic() - begin < 2 * 0.5 + 1.0
+        owner.send_signal(signal.SIGCONT)
+        eventually(lambda: answers(robot))
+        assert robot.is_enabled
 
 
 def answers(robot: Any) -> bool:

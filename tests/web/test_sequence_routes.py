@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import httpx
 import msgspec
 import pytest
 
@@ -26,23 +29,34 @@ def sequence(*places: list[float], **more: object) -> dict[str, object]:
     return {"steps": [*steps, {"kind": "wait", "seconds": 0.5}], **more}
 
 
+def result_of(answer: httpx.Response) -> Any:
+    """Return the result of a verdict."""
+    assert (answer.status_code, answer.json()["failure"]) == (200, None)
+    return answer.json()["result"]
+
+
+def failure_of(answer: httpx.Response) -> Any:
+    """Return why a verdict says that the content cannot be used."""
+    assert (answer.status_code, answer.json()["result"]) == (200, None)
+    return answer.json()["failure"]
+
+
 def test_a_sequence_is_read_written_and_made_a_script(left: Site) -> None:
     values = sequence(TO, title="<b>&amp;")
     made: StepSequence = sequence_of(values)
     with left.http(headers=left.bearer(Scope.VIEW)) as client:
-        text = client.post("/api/sequences/write", json=values).json()["text"]
+        text = result_of(client.post("/api/sequences/write", json=values))["text"]
         assert sequence_of_text(text, "file") == made
         read = client.post("/api/sequences/read?name=a.yaml", content=text)
-        assert sequence_of(read.json()) == made
-        script = client.post("/api/sequences/script", json=values).json()["text"]
+        assert sequence_of(result_of(read)) == made
+        script = result_of(client.post("/api/sequences/script", json=values))["text"]
         assert "robot.move_linear(Pose(0.5, 0.1, 0.25, 0.3))" in script
         refused = client.post(
             "/api/sequences/read?name=a.yaml", content=text.replace("seconds: 0.5", "seconds: -1")
         )
-        assert refused.status_code == 422
-        assert refused.json()["text"].endswith("steps[1].seconds: -1 is outside 0 .. 3600 s")
+        assert failure_of(refused)["text"].endswith("steps[1].seconds: -1 is outside 0 .. 3600 s")
         refused = client.post("/api/sequences/read?name=a.yaml", content=b"\xff")
-        assert refused.json()["text"] == "a.yaml: not a text file: byte 0 is not UTF-8"
+        assert failure_of(refused)["text"] == "a.yaml: not a text file: byte 0 is not UTF-8"
         assert client.post("/api/sequences/write", content="{").status_code == 422
         assert client.post("/api/sequences/write", content="[" * 10000).status_code == 422
     assert text == text_of_sequence(made)
@@ -51,11 +65,11 @@ def test_a_sequence_is_read_written_and_made_a_script(left: Site) -> None:
 def test_a_sequence_is_planned_from_where_the_arm_is() -> None:
     with site("fast", 50.0) as fast, fast.http(headers=fast.bearer(Scope.VIEW)) as client:
         refused = client.post("/api/sequences/plan", json=sequence(TO))
-        assert (refused.status_code, refused.json()["error"]) == (422, "NotHomedError")
+        assert failure_of(refused)["error"] == "NotHomedError"
         with Robot.connect("arm:fast") as robot:
             robot.home()
             robot.move_joints(HALF)
-        planned = client.post("/api/sequences/plan", json=sequence(TO)).json()
+        planned = result_of(client.post("/api/sequences/plan", json=sequence(TO)))
         assert [each["label"] for each in planned["verdicts"]] == ["1 move_linear", "2 wait"]
         assert planned["verdicts"][1]["duration"] == 0.5
         assert planned["verdicts"][0]["task"]["kind"] == "move_linear"
@@ -63,13 +77,13 @@ def test_a_sequence_is_planned_from_where_the_arm_is() -> None:
         assert planned["duration"] == pytest.approx(planned["verdicts"][0]["duration"] + 0.5)
         positions = client.get("/api/state").json()["positions"]
         assert planned["trajectory"]["positions"][0] == pytest.approx(positions, abs=1e-3)
-        planned = client.post("/api/sequences/plan", json=sequence(TO, FAR)).json()
+        planned = result_of(client.post("/api/sequences/plan", json=sequence(TO, FAR)))
         assert planned["verdicts"][1]["duration"] is None
         assert planned["verdicts"][1]["failure"]["error"] == "UnreachableError"
         assert planned["verdicts"][1]["failure"]["text"].startswith("step 2: (2, 0.1, 0.25) m")
-        last = client.post("/api/sequences/plan?first=2", json=sequence(TO, FAR)).json()
+        last = result_of(client.post("/api/sequences/plan?first=2", json=sequence(TO, FAR)))
         assert [each["label"] for each in last["verdicts"]] == ["3 wait"]
-        one = client.post("/api/sequences/plan?first=0&last=1", json=sequence(TO, FAR)).json()
+        one = result_of(client.post("/api/sequences/plan?first=0&last=1", json=sequence(TO, FAR)))
         assert [each["label"] for each in one["verdicts"]] == ["1 move_linear"]
 
 

@@ -1448,8 +1448,8 @@ class History(Result, frozen=True, kw_only=True, tag="history"):
         velocities: As measured.
         commands: Commanded positions.
         errors: Commanded minus measured position; NaN while the motors are not energised.
-        loads: Position errors as a share of the stall threshold [%]; NaN where a joint reported
-            none, null if none ever did.
+        loads: Position errors as a share of the stall threshold [%], as of the samples; NaN where a
+            joint reported none, null if none ever did.
         late: How much later than due the cycle began.
         bus_time: Duration of its exchanges.
     """
@@ -1779,8 +1779,10 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
         bus_time: Duration of its exchanges.
         stale: Whether the joints are not read now, as after a loss of the bus: then positions are
             unknown.
-        loads: Position errors as a share of the stall threshold [%]; NaN for a joint that did not
-            report it in this cycle, null if none did, as while setpoints are followed.
+        loads: Position errors as a share of the stall threshold [%], 0 without power; NaN for a
+            joint that does not report it, null if none does. Joints with their original firmware
+            never do. While joints follow setpoints on a slow bus they take turns, and each value
+            may be some cycles old.
     """
 
     cycle: int

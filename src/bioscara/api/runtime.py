@@ -71,13 +71,18 @@ def folder() -> Path:
     return path
 
 
+def is_name(name: str) -> bool:
+    """Return whether a text can be the name of an arm."""
+    return _NAME.fullmatch(name) is not None
+
+
 def require_name(name: str) -> str:
     """Return the name of an arm.
 
     Raises:
         InvalidArgumentError: It is none.
     """
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
+    if not isinstance(name, str) or not is_name(name):
         raise InvalidArgumentError(
             f"{name!r} is no name of an arm: it begins with a letter and has up to 64 letters, "
             "digits, '_' or '-'"
@@ -105,7 +110,7 @@ def owners() -> list[OwnerEntry]:
     found = []
     with suppress(OSError):
         for path in sorted(folder().glob("*.lock")):
-            if _NAME.fullmatch(path.stem) and (entry := _entry(path)) is not None:
+            if is_name(path.stem) and (entry := _entry(path)) is not None:
                 found.append(entry)
     return found
 

@@ -564,7 +564,7 @@ def _add_record_command(commands: Parser) -> None:
         "start": "Record a served arm until Ctrl-C (the default).",
         "info": "List what a recording contains.",
         "recover": "Complete a recording whose recorder was killed or whose disk was full.",
-        "export": "Write samples, events and trajectories as tables.",
+        "export": "Write samples, events and trajectories as tables, and the flight records.",
         "replay": "Serve a recording as an arm that clients can look at but not command.",
     }
     start, info, recover, export, replay = (

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
+from bioscara.api import runtime
 from bioscara.cli.output.console import ExitStatus, complain
 from bioscara.spelling import did_you_mean
 
@@ -55,6 +56,16 @@ class Parser(argparse.ArgumentParser):
         self.refuse(words)
         self.parse_args(words, namespace)
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse the words, and refuse what is left of them.
+
+        A command refuses its own: only its parser knows the option that may have been meant.
+        """
+        parsed, left = super().parse_known_args(args, namespace)
+        if left:
+            self._refuse_words(left)
+        return parsed, left
+
     def completed(self, words: list[str]) -> list[str]:
         """Return the words with the commands that are meant by default."""
         if self._default and (not words or words[0].startswith("-")):
@@ -89,7 +100,6 @@ class Parser(argparse.ArgumentParser):
         for prefix, explain in (
             ("the following arguments are required: ", self._missing),
             ("one of the arguments ", self._choice),
-            ("unrecognized arguments: ", _superfluous),
         ):
             if message.startswith(prefix):
                 message = explain(message.removeprefix(prefix))
@@ -109,10 +119,24 @@ class Parser(argparse.ArgumentParser):
         hint = near.replace("mean ", "mean --") or others
         self.error(f"{self._name} has no option {word}; {hint}")
 
+    def _refuse_words(self, words: Sequence[str]) -> NoReturn:
+        """Refuse words for which there is no argument."""
+        text = " ".join(words).strip()
+        remedy = self.as_arm(text) or "leave it out"
+        self.error(f"there is nothing to do with {text!r}; {remedy}")
+
     def _refuse_command(self, word: str) -> NoReturn:
-        hint = did_you_mean(word, self.commands, f"there are {', '.join(self.commands)}")
+        others = f"there are {', '.join(self.commands)}"
+        if self._default and (remedy := self.commands[self._default].as_arm(word)):
+            others += f"; {remedy}"
+        hint = did_you_mean(word, self.commands, others)
         what = "command" if self._name == self.prog else f"{self._name} command"
         self.error(f"there is no {what} {word!r}; {hint}")
+
+    def as_arm(self, word: str) -> str:
+        """Return the remedy if a word can be the name of an arm, else an empty text."""
+        takes_arm = "--arm" in self._option_string_actions and runtime.is_name(word)
+        return f"an arm is named by --arm {word}" if takes_arm else ""
 
     def _explained(self, refused: argparse.ArgumentError) -> str:
         """Return the message for an argument with no, too few or wrong values."""
@@ -197,7 +221,3 @@ def _usage(action: argparse.Action) -> str:
     metavar: str | Iterable[str] = action.metavar or action.dest
     values = [metavar] if isinstance(metavar, str) else metavar
     return " ".join([*action.option_strings[:1], *values])
-
-
-def _superfluous(words: str) -> str:
-    return f"there is nothing to do with {words!r}; leave it out"

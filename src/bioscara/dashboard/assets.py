@@ -18,6 +18,8 @@ _TYPES = {
     ".svg": "image/svg+xml",
 }
 """Media types by the end of the name; files with other ends are not served."""
+_HEAD, _HEAD_FILE = b"<!-- head.part -->\n", "head.part"
+"""What a page has in place of the head that all pages share, and the file that has it."""
 _VERSION = b'data-assets=""'
 """What a page has in place of the version of its files."""
 _SCRIPT = re.compile(rb'<script type="module" src="([^"]+)"></script>')
@@ -46,10 +48,12 @@ class Asset:
 def read_assets() -> tuple[str, dict[str, Asset]]:
     """Return the version of the files of the page, and the files by the paths that serve them.
 
-    Each document has the version of all files in it, and names the modules that its script
-    imports, so that the browser asks for all of them at once.
+    Each document has the head that all share and the version of all files in it, and names the
+    modules that its script imports, so that the browser asks for all of them at once.
     """
-    contents = dict(_below(files("bioscara.dashboard") / "page", "/"))
+    page = files("bioscara.dashboard") / "page"
+    head = (page / _HEAD_FILE).read_bytes()
+    contents = {path: content.replace(_HEAD, head) for path, content in _below(page, "/")}
     version = version_of(contents)
     named = f'data-assets="{version}"'.encode()
     assets = {}

@@ -18,7 +18,7 @@ from bioscara.robot.sequences.calls import Call
 from bioscara.robot.sequences.dry_run import Verdict, dry_run, joined
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
-from bioscara.robot.sequences.steps import StepSequence, sequence_of, values_of
+from bioscara.robot.sequences.steps import sequence_of, values_of
 from bioscara.robot.workspace.workspace import Workspace
 
 BODY_MAX = SIZE_MAX
@@ -92,18 +92,18 @@ def read(name: str, data: bytes) -> dict[str, object]:
     return values_of(sequence_of_text(text, shown))
 
 
-def written(data: bytes) -> SequenceText:
-    """Return a sequence in JSON as the text of a file; errors as :func:`dry_run_of`."""
-    return SequenceText(text_of_sequence(_decoded(data)))
+def written(values: object) -> SequenceText:
+    """Return a sequence, of JSON, as the text of a file; errors as :func:`dry_run_of`."""
+    return SequenceText(text_of_sequence(sequence_of(values)))
 
 
-def scripted(data: bytes) -> SequenceText:
-    """Return a sequence in JSON as a Python program; errors as :func:`dry_run_of`."""
-    return SequenceText(to_script(_decoded(data)))
+def scripted(values: object) -> SequenceText:
+    """Return a sequence, of JSON, as a Python program; errors as :func:`dry_run_of`."""
+    return SequenceText(to_script(sequence_of(values)))
 
 
 def dry_run_of(
-    data: bytes,
+    values: object,
     parameters: ArmParameters,
     workspace: m.WorkspaceState,
     joints: Sequence[float | None],
@@ -113,7 +113,7 @@ def dry_run_of(
     """Plan a sequence from where the arm is; nothing moves.
 
     Args:
-        data: The sequence in JSON.
+        values: The sequence, of JSON.
         parameters: Parameters of the arm.
         workspace: Its tool, scene and load.
         joints: j1 to j4 [rad, m, rad, rad]; None where a position is unknown.
@@ -123,9 +123,9 @@ def dry_run_of(
     Raises:
         ConfigurationError: It is no sequence; the message names the step.
         NotHomedError: A position is unknown.
-        InvalidArgumentError: It is no JSON, or for another tool.
+        InvalidArgumentError: It is for another tool.
     """
-    sequence = _decoded(data)
+    sequence = sequence_of(values)
     known = [joint for joint in joints if joint is not None]
     if len(known) != len(parameters.joints):
         raise NotHomedError("the steps cannot be planned: the arm is not homed; home() it")
@@ -172,11 +172,3 @@ def task_of(call: Call) -> m.AnyTask | None:
     if call.method == "sleep":
         return None
     return _MOTIONS[call.method](*call.arguments, **call.keywords)
-
-
-def _decoded(data: bytes) -> StepSequence:
-    try:
-        values = msgspec.json.decode(data)
-    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise InvalidArgumentError(f"the sequence is no JSON: {error}") from error
-    return sequence_of(values)

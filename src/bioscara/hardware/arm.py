@@ -13,7 +13,7 @@ from bioscara.clock import Clock
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
-from bioscara.hardware.bus_budget import Capacity
+from bioscara.hardware.bus_budget import Capacity, load_reporters
 from bioscara.hardware.command_modes import MOTION, Mode
 from bioscara.hardware.component import HardwareComponent, LifecycleState
 from bioscara.hardware.cyclic_io import ArmExchange
@@ -293,6 +293,17 @@ class ArmHardware(HardwareComponent):
                         axis.mark_missed(error)
                         if axis.halt(error):
                             self._late.append(error)
+        self._ask_loads()
+
+    def _ask_loads(self) -> None:
+        """Let the joints report their loads, in turns where the bus has no time for all of them."""
+        if self.capacity is None:
+            return
+        modes = [(axis.joint, axis.mode) for axis in self.axes]
+        joints, most = load_reporters(modes), self.capacity.loads(modes)
+        turns = math.ceil(len(joints) / most) if most else 0
+        for index, joint in enumerate(joints):
+            joint.cycle.ask_load(turns, index % turns if turns else 0)
 
     def _end_modes(self) -> None:
         for axis in self.axes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from bioscara.clock import Clock
@@ -11,6 +12,9 @@ from bioscara.protocol import READ, TRAILER, WRITE, Message, Register
 
 _BUS_SHARE = 0.85
 """Share of a period that the bus may take: an occasional repetition must fit in."""
+BUSY_SHARE = 0.8
+"""Share of a period above which the bus leaves so little that a late loop says how much. Up to it
+the repetition of one of four exchanges fits into the cycle that it was sent in."""
 _NO_TIME = 1e-9
 """Stands for a time of zero [s]."""
 _FIXED_BITS, _BITS_PER_BYTE = 30, 9
@@ -30,6 +34,10 @@ _TRACK = {
 _DRIVE = {version: (*read, WRITE[Register.SETRPM]) for version, read in _READ.items()}
 _CYCLES = {Mode.POSITION: _TRACK, Mode.TRACK: _TRACK, Mode.VELOCITY: _DRIVE}
 """By mode and protocol: the messages of a cycle; in other modes a joint is read."""
+_LOAD_BITS = _BITS_PER_BYTE * (
+    WRITE[Register.TRACKLOAD].answer_size - WRITE[Register.TRACK].answer_size
+)
+"""By which an answer with the load is longer."""
 
 
 def highest_rate(bus_time: float) -> int:
@@ -64,7 +72,7 @@ class Capacity:
         self._bit_time = min(taken) / sum(_bits(joint, Mode.NONE) for joint in joints)
         self.rate = 0
 
-    def cycle_time(self, modes: Iterable[tuple[Joint, Mode]]) -> float:
+    def cycle_time(self, modes: Iterable[tuple[Joint, Mode]], loads: int = 0) -> float:
         """Return the bus time of a cycle [s].
 
         A joint that homes is counted as one that is read: its few extra bytes go in a separate
@@ -72,10 +80,33 @@ class Capacity:
 
         Args:
             modes: All joints with their modes.
+            loads: Number of joints that report their load with their answer to a setpoint.
         """
-        return sum(
+        bare = sum(
             self._bit_time * _bits(joint, mode) + _held(joint, mode) for joint, mode in modes
         )
+        return bare + loads * self._bit_time * _LOAD_BITS
+
+    def loads(self, modes: Sequence[tuple[Joint, Mode]]) -> int:
+        """Return how many joints can report their load with their answer, in each cycle.
+
+        As many as leave the bus below :data:`BUSY_SHARE`, or else one, if there is time at all. No
+        rate and no mode is refused because of the loads.
+
+        Args:
+            modes: All joints with their modes.
+        """
+        able, cycles = len(load_reporters(modes)), max(self.rate, 1)
+        bare, load = self.cycle_time(modes), max(self._bit_time * _LOAD_BITS, _NO_TIME)
+        fitting = math.floor((BUSY_SHARE / cycles - bare) / load)
+        return min(able, max(fitting, int(bare + load <= _BUS_SHARE / cycles)))
+
+
+def load_reporters(modes: Iterable[tuple[Joint, Mode]]) -> list[Joint]:
+    """Return the joints that can report their load with their answer to a setpoint."""
+    return [
+        joint for joint, mode in modes if _CYCLES.get(mode) is _TRACK and joint.session.reports_load
+    ]
 
 
 def _bits(joint: Joint, mode: Mode) -> int:

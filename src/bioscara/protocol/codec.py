@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
-from bioscara.protocol.crc import crc8, crc8_of_8
+from bioscara.protocol.crc import crc8, crc8_of_8, crc8_of_9
 from bioscara.protocol.enums import Flags, Register
 from bioscara.protocol.registers import REGISTERS, VELOCITY_STEP_RPM
 from bioscara.protocol.rows import Access, Definition, Field, Kind
@@ -251,13 +251,30 @@ class _Track(Message):
         return super().decode_v2(address, sequence, answer)
 
 
+class _TrackLoad(_Track):
+    """TRACKLOAD, likewise: one byte more in the answer."""
+
+    def decode_v2(self, address: int, sequence: int, answer: bytes) -> Answer:
+        """Return the decoded answer; as :meth:`Message.decode_v2`."""
+        if len(answer) == self.sealed_answer_size:
+            position, velocity, load, flags, echo, check = self._sealed_answer.unpack(answer)
+            if (
+                check == crc8_of_9(answer, _SEED[address << 1 | 1])
+                and echo == sequence
+                and position - position == 0.0
+            ):
+                return _new(Answer, ((position, velocity * VELOCITY_STEP_RPM, load), flags))
+        return Message.decode_v2(self, address, sequence, answer)
+
+
 READ: dict[Register, Message] = {
     row.register: Message(row, (), row.read)
     for row in REGISTERS
     if row.access in (Access.READ, Access.READ_WRITE)
 }
+_CLASSES = {Register.TRACK: _Track, Register.TRACKLOAD: _TrackLoad}
 WRITE: dict[Register, Message] = {
-    row.register: (_Track if row.register is Register.TRACK else Message)(
+    row.register: _CLASSES.get(row.register, Message)(
         row, row.written, row.read if row.access is Access.EXCHANGE else ()
     )
     for row in REGISTERS

@@ -56,3 +56,12 @@ def crc8_of_8(data: bytes, crc: int) -> int:
     first, second, third, fourth = _FOUR_PAIRS(data)
     check: int = pairs[pairs[pairs[pairs[crc ^ first] ^ second] ^ third] ^ fourth]
     return check
+
+
+def crc8_of_9(data: bytes, crc: int) -> int:
+    """Return the CRC-8 of the first nine bytes of ``data``, likewise.
+
+    >>> crc8_of_9(b"123456789", 0) == crc8(b"123456789")
+    True
+    """
+    return _TABLE[crc8_of_8(data, crc) ^ data[8]]

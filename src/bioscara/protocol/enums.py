@@ -43,6 +43,7 @@ class Register(IntEnum):
     HELLO = 0xC0
     ARM = 0xE6
     TRACK = 0xD5
+    TRACKLOAD = 0xB4
     STATE = 0xCB
     FAULT = 0xF3
     WATCHDOG = 0xED
@@ -178,6 +179,8 @@ class Capability(IntFlag):
     """Counts the errors of its bus: BUSERRORS."""
     BOOTLOADER = 0x20
     """Starts its bootloader on request: DISARM and BOOTLOADER."""
+    LOAD = 0x40
+    """Reports its load in each cycle: TRACKLOAD."""
 
 
 class BrakeMode(IntEnum):

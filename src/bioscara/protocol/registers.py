@@ -21,9 +21,15 @@ _R, _W, _X = Access.READ, Access.WRITE, Access.EXCHANGE
 _DEGREES = Field("angle", Kind.F32, "deg")
 _RPM = Field("velocity", Kind.F32, "rpm")
 _DIRECTION = Field("direction", Kind.U8, "", 0, 1)
+_LOAD = Field("load", Kind.U8, "%")
 
 VELOCITY_STEP_RPM = 0.1
 """Resolution of the velocities in TRACK [rpm]: 16 bits then span +-3276 rpm of the motor."""
+
+_TRACKED = (
+    Field("position", Kind.F32, "deg"),
+    Field("velocity", Kind.I16, "rpm", scale=VELOCITY_STEP_RPM),
+)
 
 PROTOCOL = 2
 """The newest version of the protocol."""
@@ -290,14 +296,20 @@ REGISTERS: tuple[Definition, ...] = (
         _X,
         "Setpoint to be reached one setpoint interval after it arrives; the joint interpolates. "
         "Answers position and velocity.",
-        written=(
-            Field("position", Kind.F32, "deg"),
-            Field("velocity", Kind.I16, "rpm", scale=VELOCITY_STEP_RPM),
-        ),
-        read=(
-            Field("position", Kind.F32, "deg"),
-            Field("velocity", Kind.I16, "rpm", scale=VELOCITY_STEP_RPM),
-        ),
+        written=_TRACKED,
+        read=_TRACKED,
+        version=2,
+        support=Support.NO,
+        motion=True,
+        setpoint=True,
+    ),
+    Definition(
+        Register.TRACKLOAD,
+        _X,
+        "As TRACK; the answer has the load of STATE as well. Only for a joint with the capability "
+        "LOAD.",
+        written=_TRACKED,
+        read=(*_TRACKED, _LOAD),
         version=2,
         support=Support.NO,
         motion=True,
@@ -312,7 +324,7 @@ REGISTERS: tuple[Definition, ...] = (
             Field("position", Kind.F32, "deg"),
             Field("velocity", Kind.F32, "rpm"),
             Field("state", Kind.U8),
-            Field("load", Kind.U8, "%"),
+            _LOAD,
         ),
         version=2,
         support=Support.NO,

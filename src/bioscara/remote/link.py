@@ -97,6 +97,10 @@ class OwnerLink:
             once.
         lost: Called there when the owner has ended or was restarted, and its goals with it.
         events_after: Number after which events are received; None for new ones only.
+        silence: Time without anything from the owner after which requests fail [s]; only for a
+            program that has subscribed to samples. Until the owner is heard again, requests that
+            need the lease are not sent: they would be carried out late. None to wait for each
+            answer.
 
     Attributes:
         name: As given.
@@ -113,8 +117,11 @@ class OwnerLink:
         lost: Callable[[OwnerLostError], object],
         *,
         events_after: int | None = None,
+        silence: float | None = None,
     ) -> None:
         self.name = require_name(name)
+        self._silence = silence
+        self._heard = time.monotonic()
         self._receive, self._lost = receive, lost
         self._session = secrets.token_hex(16)
         self._client = _program()
@@ -222,12 +229,15 @@ class OwnerLink:
         if threading.current_thread() is self._reader:
             kind = type(command).__name__
             raise BusyError(kind, "a callback of the connection", 0.0, "", inside=True)
+        if epoch is not None and self._silence is not None:
+            self.require()
+            self._require_heard()
         request = m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch)
         pending = _Pending(request, arrived)
         self._register(pending)
         try:
             self._write(pending.data)
-            come = pending.come.wait(_ANSWER_TIMEOUT)
+            come = self._wait(pending)
         except BaseException:
             # Without a callback the answer is of no use any more.
             if arrived is None or pending.come.wait(PATIENCE):
@@ -235,6 +245,7 @@ class OwnerLink:
             raise
         self._forget(pending)
         if not come:
+            self._require_heard()
             raise OwnerLostError(
                 f"the owner of arm {self.name} has not answered within {_ANSWER_TIMEOUT:g} s"
             )
@@ -244,6 +255,29 @@ class OwnerLink:
         if answer is None:
             raise OwnerLostError(f"the owner of arm {self.name} gave no answer")
         return answer
+
+    def _wait(self, pending: _Pending) -> bool:
+        """Wait for an answer, no longer than the owner may be silent; return whether it came."""
+        begin = time.monotonic()
+        end = begin + _ANSWER_TIMEOUT
+        while (now := time.monotonic()) < end:
+            limit = end
+            if self._silence is not None:
+                limit = min(end, max(begin, self._heard) + self._silence)
+                if now >= limit:
+                    return False
+            if pending.come.wait(limit - now):
+                return True
+        return False
+
+    def _require_heard(self) -> None:
+        """Raise OwnerLostError if the owner is silent for longer than it may be."""
+        silent = time.monotonic() - self._heard
+        if self._silence is not None and silent >= self._silence:
+            raise OwnerLostError(
+                f"the owner of arm {self.name} has been silent for {silent:.1f} s: it was stopped, "
+                "or its computer is overloaded"
+            )
 
     def require(self) -> None:
         """Connect again if the owner was lost.
@@ -315,6 +349,7 @@ class OwnerLink:
             connection.close()
             raise ProtocolError(f"the owner of arm {self.name} does not greet")
         self._socket, self.welcome = connection, greeting
+        self._heard = time.monotonic()
         return frames, messages
 
     def _write(self, data: bytes) -> None:
@@ -341,6 +376,7 @@ class OwnerLink:
                 connection = self._socket
                 data = b"" if connection is None else connection.recv(_CHUNK)
                 if data:
+                    self._heard = time.monotonic()
                     waiting = [framing.from_owner.decode(each) for each in frames.feed(data)]
                     continue
             except (OSError, msgspec.DecodeError, ProtocolError):

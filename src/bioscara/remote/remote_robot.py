@@ -80,6 +80,8 @@ class RemoteRobot:
     Args:
         name: Name of the arm's owner.
         lost: Called in the connection's thread when the owner has ended or was restarted.
+        silence: Time without anything from the owner after which calls fail [s], for a program that
+            receives samples of the controllers; None to wait for each answer.
 
     Attributes:
         gripper: Its gripper.
@@ -87,10 +89,14 @@ class RemoteRobot:
     """
 
     def __init__(
-        self, name: str, *, lost: Callable[[OwnerLostError], object] | None = None
+        self,
+        name: str,
+        *,
+        lost: Callable[[OwnerLostError], object] | None = None,
+        silence: float | None = None,
     ) -> None:
         self._name, self._lost = name, lost
-        self._link = OwnerLink(name, self._receive, self._owner_lost)
+        self._link = OwnerLink(name, self._receive, self._owner_lost, silence=silence)
         self._lease = LeaseKeeper(self._link)
         self._operations: dict[int, RemoteOperation[Any]] = {}
         self._early: OrderedDict[int, list[m.Event | m.GoalCycle]] = OrderedDict()

@@ -4,7 +4,8 @@ A :class:`rclpy.executors.MultiThreadedExecutor` leaves a subscription out of th
 callback runs in the pool, and waits until a guard condition says that it has ended. With Fast DDS
 that wake-up can be lost (ros2/rclcpp#3240): the messages of the next tenths of a second are then
 received late or, beyond the depth of the queue, not at all. A callback that runs in the thread that
-spins has ended before that thread waits again.
+spins has ended before that thread waits again; it must not wait itself, as all others wait for it
+(:class:`bioscara.ros.controllers.inbox.Inbox`).
 """
 
 from __future__ import annotations

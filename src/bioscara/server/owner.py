@@ -53,7 +53,7 @@ from bioscara.server.state.sampling import Sampler
 from bioscara.server.table_file import TableFile
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
-from bioscara.server.tasks.tasks import Tasks, make_plan
+from bioscara.server.tasks.task_operations import TaskOperations, make_plan
 from bioscara.server.tasks.uploads import Uploads
 from bioscara.version import __version__
 
@@ -63,6 +63,10 @@ PLANS = 32
 """Number of plans that are kept."""
 _REPORT_MAX = 500
 """Longest text that a client reports to all [characters]."""
+_STOP_REPEATED = 2.0
+"""Time in which another STOP of a client repeats its last one [s], unless something began since."""
+_AFTER_A_STOP = frozenset({"goal_accepted", "pause", "resume", "lease"})
+"""Events after which a STOP is another one."""
 
 
 class Owner:
@@ -122,7 +126,7 @@ class Owner:
             robot.table = taught
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
-        self._tasks = Tasks(
+        self._tasks = TaskOperations(
             self._arm,
             self._plans,
             self._uploads,
@@ -131,6 +135,7 @@ class Owner:
             table_file,
         )
         self._stops = 0
+        self._stopper, self._stopped = "", clock()
         self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
@@ -307,6 +312,8 @@ class Owner:
 
     def _event(self, what: str, text: str, client: str = "", **details: Any) -> None:
         self.events.add(what, text, client, **details)
+        if what in _AFTER_A_STOP:
+            self._stopper = ""
         level = logging.WARNING if what in {"fault", "warning"} else logging.INFO
         _log.log(level, "%s: %s", what, text)
         self.changed(False)
@@ -477,14 +484,23 @@ class Owner:
         # First the arm, then all else.
         self._stops += 1
         self.robot.stop()
-        holder = self.lease.holder
+        holder, repeated = self.lease.holder, self._is_repeated(client)
         text = f"{client.name} stopped all motion"
         if holder and holder != client.session:
             # Commands that were sent before their client saw the stop must not move the arm again.
             text += f", and ended the lease of {self.lease.client}"
             self.lease.end()
+        elif repeated:
+            return m.Done()
         self._event("stop", text, client.name, lease=self.lease.value())
         return m.Done()
+
+    def _is_repeated(self, client: Client) -> bool:
+        """Return whether a STOP only repeats one: programs send it until the arm is at rest."""
+        now, former = self._clock(), self._stopped
+        repeated = client.session == self._stopper and now - former < _STOP_REPEATED
+        self._stopper, self._stopped = client.session, now
+        return repeated
 
     def _make_plan(self, _: Client, command: m.MakePlan, __: int) -> Later:
         def finish(plan: Plan) -> m.PlanMade:

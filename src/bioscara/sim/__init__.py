@@ -4,7 +4,8 @@
 ``firmware_bus`` is the bus to it within this process, ``bench`` one with faults that a person can
 switch on; ``server`` runs it in a separate process, and
 ``socket_bus`` is the bus to that process, with the frames of ``framing``. ``onlooker`` reads that
-arm's positions without using it. ``servo`` simulates the gripper's servo.
+arm's positions without using it. ``servo`` simulates the gripper's servo, in
+a ``locked_folder``.
 """
 
 from bioscara.sim.bench import Bench as Bench

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 import weakref
-from pathlib import Path
-from tempfile import mkdtemp
 
 from bioscara.model import PwmOutput
+from bioscara.sim.locked_folder import LockedFolder
 
 _NS = 1e9
 
@@ -16,7 +14,7 @@ class SimulatedServo:
     """One PWM chip with one exported channel.
 
     Its folder is temporary: until :meth:`close`, until the object is no longer referenced, or until
-    the process ends, except by a signal that it does not handle.
+    the process ends. That of a process which was killed is removed when the next servo is made.
 
     Values that the kernel would refuse are not refused here.
 
@@ -28,8 +26,9 @@ class SimulatedServo:
     """
 
     def __init__(self, output: PwmOutput) -> None:
-        self.root = Path(mkdtemp(prefix="bioscara-pwm-"))
-        self._remove = weakref.finalize(self, shutil.rmtree, self.root, ignore_errors=True)
+        folder = LockedFolder("bioscara-servo-")
+        self.root = folder.path
+        self._remove = weakref.finalize(self, folder.remove)
         chip = self.root / "pwmchip0"
         self._channel = chip / f"pwm{output.channel}"
         self._channel.mkdir(parents=True)

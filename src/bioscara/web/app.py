@@ -9,6 +9,7 @@ from typing import Any
 from fastapi import FastAPI
 from starlette.types import ASGIApp
 
+from bioscara.api import messages as m
 from bioscara.dashboard.clearance import Clearance
 from bioscara.dashboard.model import ArmModel
 from bioscara.dashboard.parameters import ParameterChanges, ParameterDraft, ParameterTable
@@ -55,6 +56,7 @@ _TYPES: tuple[type[Any], ...] = (
     StoppedArm,
     DryRun,
     SequenceText,
+    m.FailureValue,
     *(result for _, result, _ in questions.QUESTIONS.values()),
 )
 """Types of the answers and bodies, for the OpenAPI document."""

@@ -228,8 +228,8 @@ def deafen(bus: FaultyBus) -> None:
     [
         (Register.HOME, 1, "homing", garble),
         (Register.HOME, 3, "homing", deafen),
-        (Register.TRACK, 100, "approach", deafen),
-        (Register.TRACK, 5000, "trajectory", garble),
+        (Register.TRACKLOAD, 100, "approach", deafen),
+        (Register.TRACKLOAD, 5000, "trajectory", garble),
     ],
 )
 def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(

@@ -41,7 +41,7 @@ def test_a_cycle_is_one_call_with_one_exchange_per_joint() -> None:
     setpoints = here(joints)
     world.tap.calls.clear()
     samples = track(joints, setpoints)
-    assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.TRACK] * 4]
+    assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.TRACKLOAD] * 4]
     assert all(isinstance(s, JointSample) and s.quality is Quality.FRESH for s in samples)
     world.tap.calls.clear()
     samples = read_states(joints)

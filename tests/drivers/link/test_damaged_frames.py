@@ -139,12 +139,14 @@ def test_a_corrupted_frame_costs_one_more_exchange() -> None:
     joints = world.ready()
     setpoints = [still(joint) for joint in joints]
     # In the position: 7 bits of address and 8 of the register go before it.
-    world.bus.flip(Direction.OUT, When(address=ADDRESS, first=Register.TRACK, count=1), bit=20)
+    world.bus.flip(Direction.OUT, When(address=ADDRESS, first=Register.TRACKLOAD, count=1), bit=20)
     world.tap.calls.clear()
     samples = track(joints, setpoints, retry=True)
     assert all(isinstance(s, JointSample) and s.quality is Quality.FRESH for s in samples)
     sent = [(t.address, t.write[0]) for call in world.tap.calls for t in call]
-    assert sent == [(joint.parameters.address, Register.TRACK) for joint in [*joints, joints[0]]]
+    assert sent == [
+        (joint.parameters.address, Register.TRACKLOAD) for joint in [*joints, joints[0]]
+    ]
 
 
 def test_a_frame_that_is_refused_twice_raises_the_reason() -> None:

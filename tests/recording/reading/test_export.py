@@ -9,15 +9,20 @@ from pathlib import Path
 import pandas
 import pytest
 
+from bioscara import Robot
+from bioscara.api import messages as m
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.recording.reading import export
 from bioscara.recording.reading.export import export_csv, export_parquet
-from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
+from bioscara.server.simulation import simulate
 from full_disk import full_after
+from processes import LIMIT, environment, running, wait_until
 from recording.conftest import Made
-from recording.served_arm import read
+from recording.served_arm import NAME, Recording, read, recording, served
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +108,88 @@ def test_a_recording_that_cannot_be_a_table_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="is no recording"):
         export_csv(Path(__file__), tmp_path)
     assert list(tmp_path.iterdir()) == [file.path]
+
+
+def recorded(path: Path, *attached: tuple[str, bytes]) -> Path:
+    """Write a recording with an event and these attachments."""
+    file = RecordingFile(path)
+    file.add(Topic.EVENTS, text_message('{"number": 1, "text": "a"}'), 1)
+    for name, data in attached:
+        file.attach(name, MEDIA_TYPE, data, 1)
+    file.finish()
+    return path
+
+
+def test_a_fault_is_exported_with_the_recording_of_its_arm(tmp_path: Path) -> None:
+    with served(tmp_path) as owner, recording(tmp_path) as recorder:
+        with Robot.connect(f"arm:{NAME}") as robot:
+            robot.enable()
+            simulate(owner.robot.arm, m.SimulateFault("reset", "j3"))
+            wait_until(lambda: robot.faults != (), "the fault")
+            (fault,) = robot.acknowledge()
+            assert fault.evidence is not None
+            wait_until(lambda: flight_records(recorder) != [], "the evidence")
+        (path,) = recorder.end()
+    command = ("-m", "bioscara", "record", "export", str(path), "--csv", str(tmp_path / "out"))
+    with running(*command, env=environment()) as exporting:
+        said, _ = exporting.communicate(timeout=LIMIT)
+    assert exporting.returncode == 0
+    unpacked = tmp_path / "out" / fault.evidence.name
+    assert f"wrote {unpacked}\n" in said
+    assert unpacked.read_bytes() == (tmp_path / "faults" / fault.evidence.name).read_bytes()
+    # It is a recording itself, of the time before the fault.
+    assert [each.name for each in export_csv(unpacked, tmp_path / "fault")] == [
+        "samples.csv",
+        "events.csv",
+    ]
+
+
+def flight_records(recorder: Recording) -> list[str]:
+    scan = FileScan()
+    list(messages(recorder.folder.files()[-1], scan, ()))
+    return [each.name for each in scan.attachments if each.name.startswith("fault-")]
+
+
+def test_what_is_no_flight_record_is_not_unpacked(tmp_path: Path, made: Made) -> None:
+    out = tmp_path / "out"
+    texts = (("overlay.yaml", b"j1: {}"), ("../parameters.json", b"{}"), ("a.mcap", b"no MCAP"))
+    flight = made.path.read_bytes()
+    path = recorded(tmp_path / "a.mcap", *texts, ("b.mcap", flight))
+    files = [out / "events.csv", out / "b.mcap"]
+    assert export_csv(path, out) == files
+    assert sorted(out.iterdir()) == sorted(files)
+    assert files[1].read_bytes() == flight
+    # Once more: the tables are replaced, the flight record is there.
+    files[0].write_text("")
+    assert export_csv(path, out) == files
+    assert files[0].read_text() != ""
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../b.mcap", "/tmp/b.mcap", "c/b.mcap", "..", "", ".mcap", "b\n.mcap", "b\0.mcap", "b.csv"],
+)
+def test_no_attachment_leaves_the_folder(tmp_path: Path, made: Made, name: str) -> None:
+    path = recorded(tmp_path / "a.mcap", (name, made.path.read_bytes()))
+    with pytest.raises(RecordingError, match="which is no name of a file"):
+        export_csv(path, tmp_path / "out")
+    assert sorted(tmp_path.rglob("*")) == [path, tmp_path / "out", tmp_path / "out/events.csv"]
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_a_flight_record_replaces_no_other_file(tmp_path: Path, made: Made, link: bool) -> None:
+    path, out = recorded(tmp_path / "a.mcap", ("b.mcap", made.path.read_bytes())), tmp_path / "out"
+    other = tmp_path / "other"
+    out.mkdir()
+    if link:
+        (out / "b.mcap").symlink_to(other)
+    else:
+        (out / "b.mcap").write_text("evidence")
+    with pytest.raises(RecordingError, match="is not the flight record of this name; give another"):
+        export_csv(path, out)
+    assert (out / "b.mcap").is_symlink() == link
+    assert not other.exists()
+    assert link or (out / "b.mcap").read_text() == "evidence"
 
 
 def test_a_full_disk_leaves_no_part_of_a_table(made: Made, tmp_path: Path) -> None:

@@ -95,6 +95,14 @@ def test_clients_get_the_samples_and_the_events_that_were(made: Made) -> None:
     assert isinstance(newest, m.History)
     assert [each[-1] for each in newest.positions] == pytest.approx(last.positions, abs=1e-6)
     assert history.time[-1] == pytest.approx(last.time)
+    dynamic = read(made.path, Topic.DYNAMIC_JOINT_STATES)[-1].message
+    loads = [
+        dict(zip(each.interface_names, each.values, strict=True)).get("load")
+        for each in dynamic.interface_values[:4]
+    ]
+    assert last.loads == tuple(loads)
+    assert newest.loads is not None
+    assert [each[-1] for each in newest.loads] == loads
     assert isinstance(faults, m.FaultList)
     assert (faults.state, faults.faults) == ("clear", ())
 

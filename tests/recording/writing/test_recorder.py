@@ -89,7 +89,9 @@ def _placed(transforms: list[object]) -> dict[str, np.ndarray]:
     return placed
 
 
-def test_qualities_flags_and_the_state_of_the_arm_are_in_the_dynamic_states(made: Made) -> None:
+def test_qualities_flags_loads_and_the_state_of_the_arm_are_in_the_dynamic_states(
+    made: Made,
+) -> None:
     samples = [each.message for each in read(made.path, Topic.DYNAMIC_JOINT_STATES)]
     values = [
         {
@@ -102,6 +104,8 @@ def test_qualities_flags_and_the_state_of_the_arm_are_in_the_dynamic_states(made
     assert {each["j1", "quality"] for each in values} >= {0.0, 3.0}  # before and after homing
     assert {each["arm", "enabled"] for each in values} == {0.0, 1.0}
     assert any(each["j4", "flags"] for each in values)
+    loads = [each["j4", "load"] for each in values if each["arm", "enabled"]]
+    assert 0.0 <= min(loads) < max(loads) <= 255.0
     assert values[-1]["gripper", "position"] > 0.0
     assert all(a["arm", "cycle"] < b["arm", "cycle"] for a, b in pairwise(values))
 

@@ -56,6 +56,7 @@ samples = st.builds(
     late=st.floats(0.0, 1.0),
     bus_time=st.floats(0.0, 1.0),
     stale=st.booleans(),
+    loads=st.none() | four(st.integers(0, 255) | st.just(math.nan)),
 )
 
 
@@ -89,10 +90,11 @@ def test_a_sample_is_read_as_it_was(sample: StateSample, stamp: int) -> None:
     dynamic = found[Topic.DYNAMIC_JOINT_STATES]
     *joints, gripper, arm = dynamic.interface_values
     for index, joint in enumerate(joints):
-        position, velocity, quality, flags, measured = joint.values
+        position, velocity, quality, flags, measured, load = joint.values
         assert same((position, velocity), (sample.positions[index], sample.velocities[index]))
         assert (quality, flags) == (sample.qualities[index], sample.flags[index])
         assert measured == pytest.approx(sample.stamps[index], abs=1e-6, nan_ok=True)
+        assert same([load], [math.nan if sample.loads is None else sample.loads[index]])
     assert same(gripper.values, [sample.width])
     values = dict(zip(arm.interface_names, arm.values, strict=True))
     assert values.pop("time") == pytest.approx(sample.time, abs=1e-6)

@@ -47,6 +47,33 @@ def test_a_frame_is_found_from_three_of_its_points(
     assert same(found.pose_frame_in_base, pose)
 
 
+@given(POSES, st.floats(APART * 1.01, 0.5), ANGLES, st.floats(-0.3, 0.3), ANGLES)
+def test_the_frame_of_two_points_takes_its_origin_and_x_axis_through_them(
+    origin: Pose, distance: float, direction: float, rise: float, yaw: float
+) -> None:
+    ahead, left = distance * math.cos(direction), distance * math.sin(direction)
+    on_x = Pose(origin.x + ahead, origin.y + left, origin.z + rise, yaw)
+    frame = Frame.from_points("bench", origin, on_x)
+    assert math.dist(frame.pose(0.0, 0.0, 0.0)[:3], origin[:3]) < 1e-12
+    # The second point, at the height of the first.
+    assert math.dist(frame.pose(distance, 0.0, 0.0)[:3], (*on_x[:2], origin.z)) < 1e-9
+    assert abs(math.remainder(frame.pose_frame_in_base.yaw - direction, 2 * math.pi)) < 1e-9
+
+
+@given(POSES, st.floats(0.0, APART * 0.99), ANGLES, st.floats(-0.3, 0.3))
+def test_two_points_too_near_for_a_direction_are_refused(
+    origin: Pose, distance: float, direction: float, rise: float
+) -> None:
+    ahead, left = distance * math.cos(direction), distance * math.sin(direction)
+    on_x = Pose(origin.x + ahead, origin.y + left, origin.z + rise)
+    with pytest.raises(InvalidArgumentError) as told:
+        Frame.from_points("bench", origin, on_x)
+    assert str(told.value) == (
+        f"frame bench: on_x is {1e3 * math.hypot(on_x.x - origin.x, on_x.y - origin.y):.1f} mm "
+        "from the first point in plan view; teach points at least 20 mm apart"
+    )
+
+
 @given(
     POSES, st.floats(0.05, 0.5), st.floats(0.05, 0.5), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1)
 )

@@ -326,3 +326,23 @@ def test_rule_45_parameters_may_come_after_the_load(ros: Ros, ros_rig: Rig) -> N
     ros.set_parameters("/late", joints=["j1"], interface_name="velocity")
     assert configure(ros, "late")
     assert ros.states() == {"late": "inactive"}
+
+
+def test_a_switch_names_only_controllers_that_clients_see(ros: Ros) -> None:
+    """The owner has its own, and those whose parameters it refuses are not there."""
+    ros.spawn(BROADCASTER, active=False)
+    ros.set_parameters(MANAGER, late__type=FORWARD)
+    assert load(ros, "late")
+    for name in ("absent", "arm.hold_controller"):
+        for strictness in (1, 2):
+            answer = ros.switch([name], strictness=strictness)
+            assert not answer["ok"]
+            assert answer["message"] == (
+                f"no controller named {name} is loaded; there are: {BROADCASTER}, late"
+            )
+    assert ros.switch([BROADCASTER, "absent"], strictness=1)["ok"]
+    answer = ros.switch(["late"])
+    assert not answer["ok"]
+    assert answer["message"] == "late is unconfigured: configure it first"
+    assert ros.switch(["late"], strictness=1)["ok"]
+    assert ros.states() == {BROADCASTER: "active", "late": "unconfigured"}

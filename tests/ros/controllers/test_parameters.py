@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ TRAJECTORY = "joint_trajectory_controller/JointTrajectoryController"
 HOMING = "single_trigger_controller/SingleTriggerController"
 GRIPPER = "parallel_gripper_action_controller/GripperActionController"
 BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
+FORWARD = "forward_command_controller/ForwardCommandController"
 FILES = [*PACKAGES.glob("*/config/*controller*.yaml")]
 
 
@@ -139,3 +141,24 @@ def test_a_misspelt_parameter_reaches_the_owner_which_refuses_it(tmp_path: Path)
     values = owned(TRAJECTORY, joints=["j1"], comand_interfaces=["position"])
     with pytest.raises(ConfigurationError, match="comand_interfaces"):
         TYPES[TRAJECTORY].PARAMETERS.read("a", values)
+
+
+@pytest.mark.parametrize("kind", [TRAJECTORY, HOMING, GRIPPER, BROADCASTER, FORWARD])
+def test_parameters_of_other_types_are_left_out_and_unknown_ones_are_refused(kind: str) -> None:
+    """A section ``/**`` of a file is for all nodes."""
+    name = "controller"
+    flat = {
+        "constraints__goal_time": 3.0,
+        "interface_name": "position",
+        "max_travel": 1.0,
+        "allow_stalling": True,
+        "use_local_topics": False,
+    }
+    assert owned(kind, **flat).keys() <= {each.name for each in fields(TYPES[kind].PARAMETERS)}
+    with pytest.raises(ConfigurationError, match="constrains is not a known parameter"):
+        TYPES[kind].PARAMETERS.read(name, owned(kind, **flat, constrains__goal_time=3.0))
+
+
+def test_the_interfaces_of_another_type_are_no_joints_to_home() -> None:
+    with pytest.raises(ConfigurationError, match="command_interfaces is"):
+        owned(HOMING, command_interfaces=["velocity"])

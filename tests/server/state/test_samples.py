@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import pytest
 
+from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.errors import InvalidArgumentError
-from served import HALF, RawClient, arm_served, eventually
+from bioscara.sim import SimulatedArm
+from served import HALF, NAME, RawClient, arm_served, eventually
+from simulated import NEAR
 
 
 def test_each_sample_comes_once_and_events_do_not_repeat_it() -> None:
@@ -97,3 +101,43 @@ def test_a_confirmation_without_a_subscription_does_nothing() -> None:
         assert len(arrived(client, 20)) >= 20
         with pytest.raises(InvalidArgumentError, match="unconfirmed -1 must not be below zero"):
             client.request(m.Subscribe(states=True, unconfirmed=-1))
+
+
+def test_a_push_is_the_load_of_its_joint_in_samples_and_history() -> None:
+    with arm_served() as served, Robot.connect(f"arm:{NAME}") as robot, RawClient() as client:
+        owner = served.owner
+        # Until the friction of all joints holds what the last motion has left.
+        eventually(lambda: owner.sample.time > 1.0 and not owner.sample.moving)
+        before = owner.sample
+        assert before.loads is not None
+        robot.simulate_fault("push", "j1", 1.5)
+        pushed = before.loads[0] + 8.0
+        eventually(lambda: (owner.sample.loads or (0.0,))[0] > pushed, what="the load of j1")
+        later = owner.sample.time + 1.0
+        eventually(lambda: owner.sample.time > later)
+        loads = owner.sample.loads
+        assert loads is not None
+        assert pushed < loads[0] <= 255.0
+        assert loads[1:] == pytest.approx(before.loads[1:], abs=3)
+        history = client.request(m.GetHistory(begin=before.time, points=5000))
+        assert isinstance(history, m.History)
+        assert history.loads is not None
+        assert history.loads[0][0] == before.loads[0]
+        assert max(history.loads[0]) >= loads[0]
+        assert max(history.loads[1]) <= before.loads[1] + 3.0
+        robot.disable()
+        eventually(lambda: owner.sample.loads == (0.0,) * 4, what="no load without power")
+
+
+def test_the_load_of_an_original_joint_is_unknown_and_not_zero() -> None:
+    arm = SimulatedArm(v1=("j2",), positions=NEAR)
+    with arm_served(arm=arm) as served, RawClient() as client:
+        eventually(lambda: served.owner.sample.cycle > 10)
+        loads = served.owner.sample.loads
+        assert loads is not None
+        assert [math.isnan(load) for load in loads] == [False, True, False, False]
+        history = client.request(m.GetHistory(begin=0.0, points=50))
+        assert isinstance(history, m.History)
+        assert history.loads is not None
+        assert all(map(math.isnan, history.loads[1]))
+        assert not any(map(math.isnan, history.loads[0]))

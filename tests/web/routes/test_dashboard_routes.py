@@ -44,12 +44,13 @@ def test_a_trajectory_is_checked_and_errors_of_the_reader_are_passed_on(left: Si
     with left.http(headers=left.bearer(Scope.VIEW)) as client:
         answer = client.post("/api/trajectories?name=a.csv&fit=0", content=CSV)
         assert answer.status_code == 200, answer.text
-        assert answer.json()["points"] == 2
-        assert answer.json()["trajectory"]["joint_names"] == ["j1", "j2", "j3", "j4"]
+        assert answer.json()["result"]["points"] == 2
+        assert answer.json()["result"]["trajectory"]["joint_names"] == ["j1", "j2", "j3", "j4"]
         refused = client.post("/api/trajectories?name=a.csv", content=CSV.replace(b"0.8", b"x"))
-        assert refused.status_code == 422
-        assert refused.json()["error"] == "TrajectoryError"
-        assert "line 2: 'x' is not a number" in refused.json()["text"]
+        # An answer, and no error of the request: browsers report those in their console.
+        assert (refused.status_code, refused.json()["result"]) == (200, None)
+        assert refused.json()["failure"]["error"] == "TrajectoryError"
+        assert "line 2: 'x' is not a number" in refused.json()["failure"]["text"]
         refused = client.post("/api/trajectories?fit=maybe", content=CSV)
         assert (refused.status_code, refused.json()["error"]) == (422, "InvalidArgumentError")
 
@@ -117,10 +118,10 @@ def test_parameters_are_drafted_and_written_by_the_owner(tmp_path: Path) -> None
         rows = {row["name"]: row for row in client.get("/api/parameters").json()["rows"]}
         assert rows["joints.j2.upper"]["unit"] == "m"
         refused = client.post("/api/parameters/check", json={"changes": {"joints.j2.upper": 9}})
-        assert refused.status_code == 422
-        assert "joints.j2.upper: 9 is outside" in refused.json()["text"]
+        assert (refused.status_code, refused.json()["result"]) == (200, None)
+        assert "joints.j2.upper: 9 is outside" in refused.json()["failure"]["text"]
         changed = {"changes": {"joints.j2.upper": 0.3}}
-        draft = client.post("/api/parameters/check", json=changed).json()
+        draft = client.post("/api/parameters/check", json=changed).json()["result"]
         assert draft["diff"][0] == {
             "name": "joints.j2.upper",
             "before": rows["joints.j2.upper"]["value"],
@@ -166,7 +167,7 @@ def test_recordings_are_listed_downloaded_and_sampled(tmp_path: Path) -> None:
             answer = client.get(f"/api/recordings/{path.name}")
             assert answer.content == path.read_bytes()
             assert path.name in answer.headers["content-disposition"]
-            samples = client.get(f"/api/recordings/{path.name}/samples?count=50").json()
+            samples = client.get(f"/api/recordings/{path.name}/samples?count=50").json()["result"]
             assert 25 <= len(samples["times"]) <= 50
             refused = client.get(f"/api/recordings/{path.name}/samples?count=1")
             assert (refused.status_code, refused.json()["error"]) == (422, "InvalidArgumentError")

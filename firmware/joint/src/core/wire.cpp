@@ -178,7 +178,8 @@ Refusal Wire::order(const Frame& frame, bool& repeated) const {
 Refusal Wire::examine(const Frame& frame, Command& command) const {
   const Register code = frame.definition->code;
   command = Command();
-  command.code = code;
+  // They differ in the answer only.
+  command.code = code == Register::TRACKLOAD ? Register::TRACK : code;
   command.checked = frame.checked;
   if (armed_ && !frame.checked && code != Register::STOP) return Refusal::TRAILER_REQUIRED;
   if (code == Register::ARM) return may_arm(frame);
@@ -404,13 +405,15 @@ size_t Wire::fill(Register code, uint8_t* bytes) const {
       *at++ = configuration_.joint;
       at += store(at, boot_id_);
       *at++ = static_cast<uint8_t>(hal_.reset_cause());
-      *at++ = 0x3F;  // All six capabilities.
+      *at++ = 0x7F;  // All seven capabilities.
       break;
     case Register::TRACK:
+    case Register::TRACKLOAD:
       at += store(at, status().position_deg);
       at += store(at, static_cast<int16_t>(
                           fmaxf(-32768.0F, fminf(32767.0F, roundf(status().velocity_rpm /
                                                                   kVelocityStepRpm)))));
+      if (code == Register::TRACKLOAD) *at++ = status().load_percent;
       break;
     case Register::STATE:
       at += store(at, status().position_deg);

@@ -42,6 +42,7 @@ enum class Register : uint8_t {
   HELLO = 0xC0,
   ARM = 0xE6,
   TRACK = 0xD5,
+  TRACKLOAD = 0xB4,
   STATE = 0xCB,
   FAULT = 0xF3,
   WATCHDOG = 0xED,
@@ -129,6 +130,7 @@ enum class Capability : uint8_t {
   STALL_DETECTION = 0x08,
   BUS_ERRORS = 0x10,
   BOOTLOADER = 0x20,
+  LOAD = 0x40,
 };
 
 enum class BrakeMode : uint8_t {
@@ -187,6 +189,7 @@ constexpr Definition kDefinitions[] = {
     {Register::HELLO, Direction::READ, 0, 10, 2, false, false, false},
     {Register::ARM, Direction::WRITE, 4, 0, 2, false, false, false},
     {Register::TRACK, Direction::EXCHANGE, 6, 6, 2, false, true, true},
+    {Register::TRACKLOAD, Direction::EXCHANGE, 6, 7, 2, false, true, true},
     {Register::STATE, Direction::READ, 0, 10, 2, false, false, false},
     {Register::FAULT, Direction::READ, 0, 10, 2, false, false, false},
     {Register::WATCHDOG, Direction::READ_WRITE, 2, 2, 2, false, false, true},

@@ -19,7 +19,7 @@ from bioscara.control.manager.statistics import CycleStatistics
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, NotEnabledError, OverrunError
 from bioscara.hardware import LifecycleState
-from bioscara.hardware.bus_budget import highest_rate
+from bioscara.hardware.bus_budget import BUSY_SHARE, highest_rate
 from bioscara.protocol import SILENCE
 
 _IN_A_ROW = 3
@@ -27,9 +27,6 @@ _IN_A_ROW = 3
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 """Shares of missed deadlines in the last second at which the arm is slowed down, and after that
 stopped."""
-_BUS_SHARE = 0.8
-"""Share of a period above which the bus leaves so little that a late loop says how much."""
-
 _new = tuple.__new__
 
 
@@ -265,7 +262,7 @@ class Loop:
             f"woke {1e3 * late:.1f} ms late, worked {1e3 * host:.1f} ms and waited "
             f"{1e3 * bus:.1f} ms for the bus"
         )
-        if self._bus_time > _BUS_SHARE * self.period:
+        if self._bus_time > BUSY_SHARE * self.period:
             left = self.period - self._bus_time
             text += f"; at this rate the bus leaves {1e3 * left:.1f} ms of each cycle"
         return text

@@ -24,7 +24,8 @@ from bioscara.protocol import READ, WRITE, Answer, Flags, Message, Register
 LOST_AFTER = 3
 """Bad cycles in a row after which a joint counts as lost."""
 
-_TRACK, _STATE = WRITE[Register.TRACK], READ[Register.STATE]
+_TRACK, _TRACKLOAD = WRITE[Register.TRACK], WRITE[Register.TRACKLOAD]
+_STATE = READ[Register.STATE]
 _MOVE, _ANGLE = WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]
 _SPEED = READ[Register.GETENCODERRPM]
 _RPM, _STOP, _SOFT = WRITE[Register.SETRPM], WRITE[Register.STOP], 1.0
@@ -53,8 +54,8 @@ class CyclicExchange:
     """
 
     __slots__ = (
-        "_feedback", "_message", "_parameters", "_readiness", "_second", "_sent", "_session",
-        "_values", "bad_cycles", "failures",
+        "_feedback", "_load_due", "_load_turns", "_message", "_parameters", "_readiness", "_second",
+        "_sent", "_session", "_values", "bad_cycles", "failures",
     )  # fmt: skip
 
     def __init__(
@@ -72,13 +73,31 @@ class CyclicExchange:
         self._sent: tuple[Transaction, ...] = ()
         self.bad_cycles = 0
         self.failures = 0
+        self.ask_load(1)
+
+    def ask_load(self, turns: int, due: int = 0) -> None:
+        """Choose in which cycles :meth:`track` requests the load, from a joint that reports it.
+
+        The samples of the cycles in between repeat the load.
+
+        Args:
+            turns: Number of cycles from one to the next; 0 for none.
+            due: Number of cycles before the first.
+        """
+        self._load_turns, self._load_due = turns, due
 
     def track(self, setpoint: Setpoint) -> tuple[Transaction, ...]:
         """Return the transactions that send a checked setpoint and request the state."""
         session, values = self._session, self._feedback.transmission.to_motor(setpoint)
         if session.version == 2:
-            self._message, self._values, self._second = _TRACK, values, None
-            self._sent = sent = (session.frame(_TRACK, values),)
+            message = _TRACK
+            if self._load_turns and session.reports_load:
+                if self._load_due:
+                    self._load_due -= 1
+                else:
+                    message, self._load_due = _TRACKLOAD, self._load_turns - 1
+            self._message, self._values, self._second = message, values, None
+            self._sent = sent = (session.frame(message, values),)
             return sent
         return self._prepare_pair(_MOVE, values[:1], _ANGLE)
 
@@ -135,7 +154,11 @@ class CyclicExchange:
                             "the joint refused a frame", self._parameters.address
                         )
                     return session.refusal(message)
-                if values:
+                if message is _TRACK:
+                    kept = self._load_turns and session.reports_load
+                    load = feedback.last.load_percent if kept else None
+                    sample = feedback.sample(values, flags, stamp, load)
+                elif values:
                     sample = feedback.sample(values, flags, stamp)
                 else:
                     sample = feedback.last._replace(flags=FLAGS[flags])

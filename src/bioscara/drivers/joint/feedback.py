@@ -138,18 +138,27 @@ class EncoderFeedback:
         self.offset_known = False
         self._session.write(Register.HOMEOFFSET, 0.0)
 
-    def sample(self, values: Sequence[float], flags: int, stamp: float) -> JointSample:
+    def sample(
+        self,
+        values: Sequence[float],
+        flags: int,
+        stamp: float,
+        load: float | None = None,
+    ) -> JointSample:
         """Return the sample of an answer that arrived intact.
 
         Args:
             values: Encoder angle [deg] and speed of the motor [rpm]; then, where the joint reports
-                them, the number of its state and its load [%].
+                them, its load [%], after the number of its state.
             flags: The joint's flags.
             stamp: When the answer arrived [s].
+            load: Load of an answer that has none [%].
         """
         state: JointState | None = None
-        load: float | None = None
-        if len(values) == 2:
+        count = len(values)
+        if count == 3:
+            angle_deg, rpm, load = values
+        elif count == 2:
             angle_deg, rpm = values
         else:
             angle_deg, rpm, number_of_state, load = values

@@ -543,7 +543,8 @@ class Joint:
         self.readiness.require_ready()
         setpoint = self.limits.check_setpoint(Setpoint(position, velocity))
         motor_setpoint = self.feedback.transmission.to_motor(setpoint)
-        values, flags = self.session.write(Register.TRACK, *motor_setpoint)
+        register = Register.TRACKLOAD if self.session.reports_load else Register.TRACK
+        values, flags = self.session.write(register, *motor_setpoint)
         self.feedback.last = self.feedback.sample(values, flags, self.clock.now())
         return self.last
 

@@ -30,8 +30,12 @@ class JointSample(NamedTuple):
         velocity: Joint velocity [rad/s or m/s]; NaN while the quality is UNKNOWN. A version 1 joint
             reports none in a tracking cycle: there it is computed from two positions.
         flags: The joint's flags.
-        state: State of the joint; None where it was not reported (TRACK, version 1).
-        load_percent: Position error as a share of the stall threshold; None likewise.
+        state: State of the joint; None where it was not reported (in a tracking cycle, version 1).
+        load_percent: Position error as a share of the stall threshold, 0 to 255, 0 for a joint
+            without power; None where it is not reported: by version 1, and in tracking cycles by
+            firmware without the capability LOAD and on a bus without time for it. In a tracking
+            cycle it may be that of one of the cycles before, see
+            :meth:`~bioscara.drivers.joint.cyclic.CyclicExchange.ask_load`.
         quality: Trustworthiness of the sample.
         stamp: When the answer arrived [s], on the clock of the joint.
     """

@@ -33,6 +33,11 @@ class Hello:
         """Whether it starts its bootloader on request."""
         return bool(self.capabilities & Capability.BOOTLOADER)
 
+    @property
+    def reports_load(self) -> bool:
+        """Whether it reports its load in answers to setpoints."""
+        return bool(self.capabilities & Capability.LOAD)
+
     @classmethod
     def from_answer(cls, answer: Answer) -> Self:
         """Return the decoded answer to HELLO."""

@@ -76,6 +76,7 @@ class Session:
     Attributes:
         version: Protocol version in use; 0 before :meth:`open`.
         hello: Answer of a version 2 joint to HELLO.
+        reports_load: Whether its firmware reports the load in answers to setpoints.
         flags: The last flags received; before any were received, those after power-up.
         retries: Exchanges that were repeated since this object was made.
         timing: Timing state of a version 1 joint.
@@ -86,6 +87,7 @@ class Session:
         self._joint, self._number, self._address = joint, number, address
         self.version = 0
         self.hello: Hello | None = None
+        self.reports_load = False
         self.flags: int = int(_POWER_UP)
         self.retries = 0
         self.timing = OriginalTiming()
@@ -111,6 +113,7 @@ class Session:
             self._open_v1()
             return
         require_known(self.hello, self._joint, self._number, self._address)
+        self.reports_load = self.hello.reports_load
         try:
             self._arm(self.hello)
         except BioscaraError:
@@ -120,6 +123,7 @@ class Session:
     def close(self) -> None:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
+        self.reports_load = False
         # The end of the joint's pause outlives the session, the rest does not.
         self.timing.in_position_mode = self.timing.silent = False
         self.flags, self._armed = int(_POWER_UP), False

@@ -1,4 +1,4 @@
-"""Recordings as tables for other programs: CSV and Parquet files."""
+"""Recordings as tables for other programs, CSV and Parquet files, with their flight records."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ import numpy as np
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.extras import install
 from bioscara.planning.arrays import Array
+from bioscara.recording.reading.flight_records import unpack
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.cdr import CdrReader
@@ -41,14 +42,15 @@ class _TableWriter(Protocol):
 
 
 def export_csv(path: Path, out: Path) -> list[Path]:
-    """Write the samples, events and trajectories of a recording as CSV files.
+    """Write samples, events and trajectories as CSV files, and the attached flight records.
 
     Args:
         path: The recording.
         out: The folder of the files; made if it is missing.
 
     Returns:
-        The files; there is none for a table without rows.
+        The files; there is none for a table without rows. Tables replace former ones, and no
+        flight record another file.
 
     Raises:
         RecordingError: The recording cannot be read, or a file cannot be written.
@@ -71,8 +73,9 @@ def export_parquet(path: Path, out: Path) -> list[Path]:
 
 
 def _export(path: Path, out: Path, kind: str) -> list[Path]:
+    scan = FileScan()
     tables: dict[str, Iterable[Mapping[str, Any]]] = {
-        SAMPLES: sample_tables(path, FileScan()),
+        SAMPLES: sample_tables(path, scan),
         EVENTS: _events(path),
         TRAJECTORIES: _trajectories(path),
     }
@@ -86,6 +89,7 @@ def _export(path: Path, out: Path, kind: str) -> list[Path]:
             files.append(out / f"{name}.{kind}")
             with replacing(files[-1]) as partial:
                 _write(first, rest, partial, kind)
+        files += unpack(scan.attachments, out)
     except OSError as error:
         raise RecordingError(f"{out} cannot be written: {error.strerror or error}") from error
     return files

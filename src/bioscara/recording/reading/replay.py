@@ -256,6 +256,8 @@ def _sample(row: Mapping[str, float], status: ArmStatus | None) -> m.StateSample
         if column.endswith("_position") and not column.startswith(GRIPPER)
     )
     pose = Pose(row["tool_x"], row["tool_y"], row["tool_z"], row["tool_yaw"])
+    # Recordings of earlier versions have none.
+    loads = tuple([row.get(f"{name}_load", math.nan) for name in names])
     try:
         return m.StateSample(
             cycle=int(row[f"{ARM}_cycle"]),
@@ -277,6 +279,7 @@ def _sample(row: Mapping[str, float], status: ArmStatus | None) -> m.StateSample
             late=row[f"{ARM}_late"],
             bus_time=row[f"{ARM}_bus_time"],
             stale=bool(row[f"{ARM}_stale"]),
+            loads=None if all(map(math.isnan, loads)) else loads,
         )
     except (KeyError, ValueError) as error:
         raise RecordingError(

@@ -19,9 +19,10 @@ from bioscara.rosbag.joint_states import (
 )
 from bioscara.rosbag.topics import Topic
 
-JOINT_INTERFACES = ("position", "velocity", "quality", "flags", "stamp")
+JOINT_INTERFACES = ("position", "velocity", "quality", "flags", "stamp", "load")
 """Interfaces of each joint; position and velocity in SI units, quality from 0 for fresh to 3 for
-unknown, flags as in the protocol, and the time of the measurement on the arm's clock [s]."""
+unknown, flags as in the protocol, the time of the measurement on the arm's clock [s], and the load
+as in the samples [%], NaN where it is unknown."""
 GRIPPER_INTERFACES = ("position",)
 """Of the gripper: the commanded width of the jaws [m]."""
 ARM_INTERFACES = (
@@ -52,6 +53,7 @@ class SampleMessages:
 
     def __init__(self, names: Sequence[str], frames: Sequence[JointFrame]) -> None:
         self._count, self._due = len(names), 0
+        self._no_loads = (math.nan,) * len(names)
         self._states = joint_states(names, velocities=True)
         self._commands = joint_states((*names, GRIPPER), velocities=False)
         self._dynamic = dynamic_joint_states(
@@ -78,7 +80,10 @@ class SampleMessages:
         positions, velocities = rounded(sample.positions), rounded(sample.velocities)
         width = sample.width
         stamps = rounded_times(sample.stamps)
-        joints = zip(positions, velocities, sample.qualities, sample.flags, stamps, strict=True)
+        loads = sample.loads or self._no_loads
+        joints = zip(
+            positions, velocities, sample.qualities, sample.flags, stamps, loads, strict=True
+        )
         time, late, bus_time = rounded_times((sample.time, sample.late, sample.bus_time))
         arm = (
             sample.cycle,

@@ -91,11 +91,13 @@ class Stack:
         parameters = workspace.parameters
         version = min(joint.version for joint in arm.joints)
         arm.capacity = Capacity(arm.joints, clock)
-        bus_time = arm.capacity.cycle_time((joint, Mode.TRACK) for joint in arm.joints)
+        tracked = [(joint, Mode.TRACK) for joint in arm.joints]
+        bus_time = arm.capacity.cycle_time(tracked)
         usual = parameters.controllers.update_rate
         suited = usual.version_2 if version >= 2 else usual.version_1
         hertz = min(suited, highest_rate(bus_time)) if rate is None else rate
         arm.capacity.rate = hertz
+        bus_time = arm.capacity.cycle_time(tracked, arm.capacity.loads(tracked))
         record = FlightRecord(arm.axes, hertz)
         warnings: deque[str] = deque(maxlen=WARNINGS)
         limited = joint_limiters((arm, gripper))

@@ -41,22 +41,34 @@ class Frame:
         object.__setattr__(self, "pose_frame_in_base", pose)
 
     @classmethod
-    def from_points(cls, name: str, origin: Pose, on_x: Pose, on_plane: Pose) -> Frame:
-        """Return the frame that was taught by three points, each the tool's pose in the base.
+    def from_points(
+        cls, name: str, origin: Pose, on_x: Pose, on_plane: Pose | None = None
+    ) -> Frame:
+        """Return the frame that was taught by points, each the tool's pose in the base.
+
+        Frames are upright, so two points give all of one; of the second, the height does not
+        count. A third one adds no value: it shows a plane that is not level, or points that were
+        taken in another order.
 
         Args:
             name: Of the frame.
             origin: At its origin.
             on_x: On its x axis, at positive x.
-            on_plane: At the height of the others and at positive y.
+            on_plane: At the height of the others and at positive y; None without such a check.
 
         Raises:
-            InvalidArgumentError: Points coincide, are in one line or in another order, or their
-                plane is tilted by more than :data:`TILT_MAX`: all poses of the arm are upright.
+            InvalidArgumentError: Points are less than :data:`APART` apart in plan view, are in one
+                line or in another order, or their plane is tilted by more than :data:`TILT_MAX`:
+                all poses of the arm are upright.
         """
         check_name("frame", name)
         what = f"frame {name}"
         origin = require_near(f"{what}, origin", origin)
+        if on_plane is None:
+            on_x = require_near(f"{what}, on_x", on_x)
+            ahead, left = on_x.x - origin.x, on_x.y - origin.y
+            _require_apart(what, "on_x", math.hypot(ahead, left), "the first point")
+            return cls(name, Pose(origin.x, origin.y, origin.z, math.atan2(left, ahead)))
         yaw, _, aside = level(what, origin, {"on_x": on_x, "on_plane": on_plane})
         if aside < 0.0:
             raise InvalidArgumentError(

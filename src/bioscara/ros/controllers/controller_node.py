@@ -13,6 +13,7 @@ from rclpy.node import Node
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.ros.bridge import Bridge
+from bioscara.ros.controllers.inbox import PATIENCE, Inbox
 
 
 class ControllerNode:
@@ -113,22 +114,51 @@ class ControllerNode:
         self._entities.append((self.node.destroy_publisher, entity))
         return entity
 
-    def subscription(self, kind: Any, topic: str, callback: Any, qos: Any) -> None:
-        """Create a subscription; errors of the callback are logged."""
+    def subscription(
+        self,
+        kind: Any,
+        topic: str,
+        callback: Any,
+        qos: Any,
+        *,
+        waiting: int = 1,
+        patience: float = PATIENCE,
+    ) -> None:
+        """Create a subscription; errors of the callback, which may wait, are logged.
+
+        Args:
+            kind: Type of the messages.
+            topic: Topic.
+            callback: Called with each message, in a thread of the subscription.
+            qos: Quality of service.
+            waiting: Number of messages that wait for the callback; the newest ones are kept.
+            patience: Time after which a message that has waited is dropped [s].
+        """
+
+        def warn(text: str) -> None:
+            self.node.get_logger().warning(
+                f"{topic}: {text}", throttle_duration_sec=1.0, skip_first=False
+            )
 
         def receive(message: Any) -> None:
             try:
                 callback(message)
             except BioscaraError as error:
-                self.node.get_logger().warning(
-                    f"{topic}: {error}", throttle_duration_sec=1.0, skip_first=False
-                )
+                warn(str(error))
+            except Exception as error:  # noqa: BLE001  the next message may be better
+                warn(f"a defect: {error!r}")
 
+        inbox = Inbox(receive, waiting, patience, warn, f"{self.name}-{topic}")
         # A group of its own: messages must not overtake one another.
         entity = self.node.create_subscription(
-            kind, topic, receive, qos, callback_group=MutuallyExclusiveCallbackGroup()
+            kind, topic, inbox.put, qos, callback_group=MutuallyExclusiveCallbackGroup()
         )
-        self._entities.append((self.node.destroy_subscription, entity))
+
+        def destroy(subscription: Any) -> None:
+            self.node.destroy_subscription(subscription)
+            inbox.close()
+
+        self._entities.append((destroy, entity))
 
     def service(self, kind: Any, name: str, callback: Any) -> None:
         """Create a service."""

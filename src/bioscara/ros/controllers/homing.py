@@ -11,6 +11,9 @@ from bioscara.api import messages as m
 from bioscara.ros import requests
 from bioscara.ros.controllers.controller_node import ControllerNode
 
+_WAITING = 10
+"""Messages that wait: each may be for another joint."""
+
 
 class HomingNode(ControllerNode):
     """The node of a single trigger controller."""
@@ -22,6 +25,7 @@ class HomingNode(ControllerNode):
             "~/commands",
             self._trigger,
             qos_profile_system_default,
+            waiting=_WAITING,
         )
 
     def report(self, ended: m.EndedGoal) -> None:

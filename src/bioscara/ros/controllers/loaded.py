@@ -54,6 +54,11 @@ class LoadedControllers:
         """Names of the controllers, in the order in which they were loaded."""
         return tuple(self._nodes)
 
+    def waits(self, name: str) -> bool:
+        """Return whether a loaded controller waits for parameters that the owner takes."""
+        node = self._nodes.get(name)
+        return node is not None and node.sent is None
+
     def load(self, name: str) -> None:
         """Load a controller, whose type and files are parameters of the manager.
 
@@ -159,6 +164,15 @@ class LoadedControllers:
         )
         own = (each for each in listing.controllers if each.name in self._nodes)
         return msgspec.structs.replace(listing, controllers=(*own, *waiting))
+
+    def unanswered(self) -> m.ControllerList:
+        """Return a list for when the owner does not answer: the states are unknown."""
+        values = (
+            m.ControllerValue(name, node.kind, "unknown", 0.0, (), (), ())
+            for name, node in tuple(self._nodes.items())
+            if node.sent is not None
+        )
+        return m.ControllerList(tuple(values), (), ())
 
     def shut_down(self) -> None:
         """Deactivate and unload all controllers.

@@ -11,6 +11,7 @@ from controller_manager_msgs import srv
 from bioscara.api import messages as m
 from bioscara.control.manager.switch_request import Strictness
 from bioscara.errors import BioscaraError, InvalidArgumentError, SwitchError
+from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros import messages, requests
 from bioscara.ros.bridge import SERVICES, Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
@@ -56,12 +57,12 @@ class ManagerServices:
             )
 
     def _listing(self) -> m.ControllerList:
-        """Return the owner's list; an empty one, logged, where there is no owner."""
+        """Return the owner's list; without an answer the loaded controllers alone, logged."""
         try:
             return self._bridge.owner.controllers()
         except BioscaraError as error:
-            self._log.error(f"the list is empty: {error}")
-            return m.ControllerList((), (), ())
+            self._log.error(f"the list is not the owner's: {error}")
+            return self._loaded.unanswered()
 
     def _list_controllers(self, _: Any, response: Any) -> Any:
         response.controller = [
@@ -133,21 +134,28 @@ class ManagerServices:
         strict = self._is_strict(request.strictness)
         activate = list(request.activate_controllers)
         deactivate = list(request.deactivate_controllers)
-        foreign = self._foreign(activate + deactivate)
-        if foreign and strict:
-            raise SwitchError(f"no controller named {foreign[0]} is loaded")
-        return self._bridge.owner.command(
-            lambda robot: robot.controllers.switch(
-                [name for name in activate if name not in foreign],
-                [name for name in deactivate if name not in foreign],
-                strict=strict,
-            )
-        )
 
-    def _foreign(self, names: list[str]) -> list[str]:
-        """Return those that the owner has, but not from this node: nothing is known of them."""
-        present = {each.name for each in self._bridge.owner.controllers().controllers}
-        return [name for name in names if name in present and name not in self._loaded.names]
+        def switch(robot: RemoteRobot) -> str:
+            known = [self._known(names, strict=strict) for names in (activate, deactivate)]
+            return robot.controllers.switch(*known, strict=strict)
+
+        return self._bridge.owner.command(switch)
+
+    def _known(self, names: list[str], *, strict: bool) -> list[str]:
+        """Return those that can be switched; the owner has more, which are not for clients of ROS.
+
+        Raises:
+            SwitchError: None of them is loaded, or strictly one is not or cannot be switched.
+        """
+        loaded = [name for name in names if name in self._loaded.names]
+        if len(loaded) < len(names) and (strict or not loaded):
+            missing = next(name for name in names if name not in loaded)
+            others = ", ".join(self._loaded.names) or "none"
+            raise SwitchError(f"no controller named {missing} is loaded; there are: {others}")
+        unconfigured = [name for name in loaded if self._loaded.waits(name)]
+        if unconfigured and strict:
+            raise SwitchError(f"{unconfigured[0]} is unconfigured: configure it first")
+        return [name for name in loaded if name not in unconfigured]
 
     def _is_strict(self, strictness: int) -> bool:
         """Return whether a switch is strict, by the number in the request.

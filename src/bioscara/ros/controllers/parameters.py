@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import array
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from typing import Any
 
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
@@ -120,7 +122,7 @@ def for_owner(
     """
     values = nested({name: value for name, value in flat.items() if value is not None})
     values = description.owners_value(values)
-    for name in _OF_NODES & values.keys():
+    for name in (_OF_NODES | _of_other_types(kind)) & values.keys():
         del values[name]
     if values.pop("is_async", False):
         raise ConfigurationError(
@@ -128,6 +130,12 @@ def for_owner(
         )
     arranged = _ARRANGED.get(kind)
     return values if arranged is None else arranged(values, arm)
+
+
+def _of_other_types(kind: str) -> set[str]:
+    """Return the parameters that only other types have: a section ``/**`` is for all nodes."""
+    others = (names for other, names in _NAMES.items() if other != kind)
+    return set().union(*others) - _NAMES.get(kind, frozenset())
 
 
 def _trajectory(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
@@ -145,7 +153,10 @@ def _trajectory(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  
 def _homing(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
     groups = {}
     for which in ("command_interfaces", "state_interfaces"):
-        groups[which] = values.pop(which, {}).get("joints", {})
+        section = values.pop(which, {})
+        if not isinstance(section, dict):
+            raise ConfigurationError(f"{which} is {section}; give joints.NAME.interfaces: [home]")
+        groups[which] = section.get("joints", {})
         for joint, group in groups[which].items():
             given = group.get("interfaces") if isinstance(group, dict) else group
             if given != ["home"]:
@@ -187,3 +198,14 @@ _ARRANGED: dict[str, Callable[[dict[str, Any], ArmParameters], dict[str, Any]]] 
     JointStateBroadcaster.TYPE: _broadcaster,
 }
 """How the parameters of each type are arranged; others are passed on."""
+_NAMES: dict[str, frozenset[str]] = {
+    kind.TYPE: frozenset(each.name for each in fields(kind.PARAMETERS)) | own
+    for kind, own in (
+        (ForwardCommandController, frozenset[str]()),
+        (GripperActionController, frozenset[str]()),
+        (HomingController, {"command_interfaces", "state_interfaces"}),
+        (JointStateBroadcaster, _OF_BROADCASTER),
+        (JointTrajectoryController, {"command_joints", "state_publish_rate"}),
+    )
+}
+"""Names of the parameters of each type, as files of ROS have them."""

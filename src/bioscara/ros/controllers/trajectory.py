@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -33,7 +34,14 @@ class TrajectoryNode(ControllerNode):
         self.subscription(
             JointTrajectory, "~/joint_trajectory", self._follow, qos_profile_system_default
         )
-        self.subscription(SpeedScalingFactor, "~/speed_scaling_input", self._scale, _SCALING)
+        # A factor holds until the next one, however late it comes.
+        self.subscription(
+            SpeedScalingFactor,
+            "~/speed_scaling_input",
+            self._scale,
+            _SCALING,
+            patience=math.inf,
+        )
         self.service(QueryTrajectoryState, "~/query_state", self._query)
         self._actions = ActionGoals(
             self,

@@ -11,6 +11,7 @@ import msgspec
 from bioscara.api.messages import StateSample
 from bioscara.api.values import QUALITIES
 from bioscara.control.loop.loop import CycleReport
+from bioscara.drivers import Quality
 from bioscara.hardware import LifecycleState
 from bioscara.hardware.axis import Axis
 from bioscara.kinematics.pose import wrapped
@@ -18,6 +19,7 @@ from bioscara.robot.arm import Arm
 
 _NUMBER = {quality: number for number, quality in enumerate(QUALITIES)}
 _UNKNOWN = len(QUALITIES) - 1
+_FRESH = Quality.FRESH
 
 
 class Sampler:
@@ -90,7 +92,13 @@ class Sampler:
 
 
 def _loads(axes: Sequence[Axis]) -> tuple[float, ...] | None:
-    loads = [axis.sample.load_percent for axis in axes]
+    """Return the loads that the joints report [%]; None if none does.
+
+    That of a joint that did not answer says nothing about now.
+    """
+    loads = [
+        None if axis.sample.quality is not _FRESH else axis.sample.load_percent for axis in axes
+    ]
     if loads.count(None) == len(loads):
         return None
     return tuple([math.nan if load is None else load for load in loads])

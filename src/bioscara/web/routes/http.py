@@ -5,13 +5,15 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from http import HTTPStatus
-from typing import Annotated, Any
+from typing import Annotated, Any, ParamSpec, TypeVar
 
+import msgspec
 from fastapi import Depends, FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.requests import ClientDisconnect, HTTPConnection
 
 from bioscara.api import framing
+from bioscara.api import messages as m
 from bioscara.api.failures import failure_of
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.web.access.guard import Credential, failure_body
@@ -22,6 +24,24 @@ JSON = "application/json"
 _BODIES = 4
 """Long bodies that are received at once: each may have 8 MiB."""
 
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+
+class ContentVerdict(msgspec.Struct, frozen=True):
+    """The answer to a question about content: what it yields, or why it cannot be used.
+
+    That a file or a value cannot be used is an answer and no error of the request: a browser
+    reports each error status in its console.
+
+    Attributes:
+        result: What the content yields; null if it cannot be used.
+        failure: Why it cannot be used, or null.
+    """
+
+    result: Any
+    failure: m.FailureValue | None
+
 
 class _ScopeError(Exception):
     """The credential of a request may not do what a route does."""
@@ -29,6 +49,14 @@ class _ScopeError(Exception):
     def __init__(self, needed: Scope, has: Scope) -> None:
         self.needed, self.has = needed, has
         super().__init__(needed, has)
+
+
+class _BodyError(Exception):
+    """The body of a request is not what its route takes."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        super().__init__(text)
 
 
 class RefusedError(Exception):
@@ -63,6 +91,7 @@ Viewer = Annotated[Credential, Depends(needs(Scope.VIEW))]
 def add_refusals(app: FastAPI) -> None:
     """Let errors of the routes be answered with a failure, as the owner's are."""
     app.add_exception_handler(RequestValidationError, _refuse_values)
+    app.add_exception_handler(_BodyError, _refuse_body)
     app.add_exception_handler(_ScopeError, _refuse_scope)
     app.add_exception_handler(RefusedError, _refuse)
     app.add_exception_handler(RequestFailedError, _refuse_request)
@@ -74,9 +103,27 @@ def json(value: object, status: HTTPStatus = HTTPStatus.OK) -> Response:
     return Response(framing.encode_json(value), status, media_type=JSON)
 
 
-def unusable(error: BioscaraError) -> Response:
-    """Return the answer to a request whose content cannot be used."""
-    return json(failure_of(error), HTTPStatus.UNPROCESSABLE_ENTITY)
+def judged(question: Callable[_P, object], *args: _P.args, **kwargs: _P.kwargs) -> bytes:
+    """Return the :class:`ContentVerdict` of a question about content, as JSON."""
+    try:
+        verdict = ContentVerdict(question(*args, **kwargs), None)
+    except BioscaraError as error:
+        verdict = ContentVerdict(None, failure_of(error))
+    return framing.encode_json(verdict)
+
+
+def decoded(body: bytes, what: str, kind: type[_T]) -> _T:
+    """Return the content of a body in JSON.
+
+    Args:
+        body: The body.
+        what: What it has to be, for messages.
+        kind: Its type; other content is answered with status 422.
+    """
+    try:
+        return msgspec.json.decode(body, type=kind)
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
+        raise _BodyError(f"{what} cannot be used: {error}") from error
 
 
 def refusal(status: HTTPStatus, text: str) -> Response:
@@ -100,6 +147,25 @@ def answers(result: type[Any], *, many: bool = False) -> dict[int | str, dict[st
     if many:
         content = {JSON: {"schema": {"type": "array", "items": content[JSON]["schema"]}}}
     return {200: {"content": content}}
+
+
+def verdicts(result: type[Any] | None) -> dict[int | str, dict[str, Any]]:
+    """Return the answers of a route with a :class:`ContentVerdict`, for the OpenAPI document.
+
+    Args:
+        result: Type of the result; None where it is described elsewhere.
+    """
+
+    def nullable(kind: dict[str, Any]) -> dict[str, Any]:
+        return {"anyOf": [kind, {"type": "null"}]}
+
+    content = {} if result is None else schema(result)[JSON]["schema"]
+    properties = {
+        "result": nullable(content),
+        "failure": nullable(schema(m.FailureValue)[JSON]["schema"]),
+    }
+    verdict = {"type": "object", "properties": properties, "required": [*properties]}
+    return {200: {"content": {JSON: {"schema": verdict}}}}
 
 
 async def body_of(request: Request, longest: int, timeout: float) -> bytes:
@@ -151,7 +217,17 @@ async def received(request: Request, longest: int, timeout: float) -> bytes:
 async def _refuse_values(_: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)  # noqa: S101  as registered
     texts = [f"{each['loc'][-1]}: {each['msg']}" for each in error.errors()]
-    return unusable(InvalidArgumentError("; ".join(texts)))
+    return _unusable("; ".join(texts))
+
+
+async def _refuse_body(_: Request, error: Exception) -> Response:
+    assert isinstance(error, _BodyError)  # noqa: S101  as registered
+    return _unusable(error.text)
+
+
+def _unusable(text: str) -> Response:
+    failure = failure_of(InvalidArgumentError(text))
+    return json(failure, HTTPStatus.UNPROCESSABLE_ENTITY)
 
 
 async def _refuse(_: Request, error: Exception) -> Response:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import msgspec
 from fastapi import FastAPI, Request, Response
 
@@ -15,9 +13,18 @@ from bioscara.dashboard.parameters import (
     drafted,
     parameter_rows,
 )
-from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.web.owner.queries import OwnerQueries
-from bioscara.web.routes.http import Viewer, answers, body_of, json, schema, unusable
+from bioscara.web.routes.http import (
+    JSON,
+    Viewer,
+    answers,
+    body_of,
+    decoded,
+    json,
+    judged,
+    schema,
+    verdicts,
+)
 from bioscara.web.routes.work import Work
 
 _BODY_MAX = 256 << 10
@@ -29,13 +36,8 @@ _TIMEOUT = 10.0
 def add(app: FastAPI, queries: OwnerQueries, work: Work) -> None:
     """Add the routes."""
 
-    async def answered(compute: Callable[[m.ParametersState], object]) -> Response:
-        answer = await queries.ask(m.GetParameters())
-        state = msgspec.json.decode(answer, type=m.ParametersState)
-        try:
-            return json(await work.do(compute, state))
-        except BioscaraError as error:
-            return unusable(error)
+    async def present() -> m.ParametersState:
+        return msgspec.json.decode(await queries.ask(m.GetParameters()), type=m.ParametersState)
 
     @app.get(
         "/api/parameters",
@@ -44,28 +46,27 @@ def add(app: FastAPI, queries: OwnerQueries, work: Work) -> None:
         responses=answers(ParameterTable),
     )
     async def parameters(_: Viewer) -> Response:
-        def table(state: m.ParametersState) -> ParameterTable:
-            rows = parameter_rows(state.overlay)
-            return ParameterTable(state.revision, state.restart, state.overlay, rows)
-
-        return await answered(table)
+        return json(await work.do(_table, await present()))
 
     @app.post(
         "/api/parameters/check",
         response_class=Response,
         summary="The overlay with changes, checked and not written.",
-        responses=answers(ParameterDraft),
+        responses=verdicts(ParameterDraft),
         openapi_extra={"requestBody": {"required": True, "content": schema(ParameterChanges)}},
     )
     async def check(request: Request, _: Viewer) -> Response:
         body = await body_of(request, _BODY_MAX, _TIMEOUT)
-        try:
-            changed = msgspec.json.decode(body, type=ParameterChanges).changes
-        except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-            return unusable(InvalidArgumentError(f"the changes cannot be used: {error}"))
+        changes = decoded(body, "the changes", ParameterChanges)
+        content = await work.do(judged, _draft, await present(), changes)
+        return Response(content, media_type=JSON)
 
-        def draft(state: m.ParametersState) -> ParameterDraft:
-            overlay, diff = drafted(state.overlay, changed)
-            return ParameterDraft(overlay, state.revision, diff)
 
-        return await answered(draft)
+def _table(state: m.ParametersState) -> ParameterTable:
+    rows = parameter_rows(state.overlay)
+    return ParameterTable(state.revision, state.restart, state.overlay, rows)
+
+
+def _draft(state: m.ParametersState, changes: ParameterChanges) -> ParameterDraft:
+    overlay, diff = drafted(state.overlay, changes.changes)
+    return ParameterDraft(overlay, state.revision, diff)

@@ -7,27 +7,36 @@ import os
 from collections.abc import AsyncIterator
 from http import HTTPStatus
 from pathlib import Path
-from typing import BinaryIO
+from typing import Annotated, BinaryIO
 from urllib.parse import quote
 
-from fastapi import FastAPI, Response
+from fastapi import FastAPI, Query, Response
 from fastapi.responses import StreamingResponse
 
-from bioscara.api import framing
 from bioscara.dashboard.recordings import (
+    FEWEST,
+    MOST,
     RecordedSamples,
     RecordingEntry,
     Recordings,
     recorded_samples,
 )
-from bioscara.errors import BioscaraError
 from bioscara.rosbag.recording_file import MEDIA_TYPE
-from bioscara.web.routes.http import JSON, RefusedError, Viewer, answers, json, unusable
+from bioscara.web.routes.http import (
+    JSON,
+    RefusedError,
+    Viewer,
+    answers,
+    json,
+    judged,
+    verdicts,
+)
 from bioscara.web.routes.work import Work
 from bioscara.web.settings import WebSettings
 
 _PART = 256 << 10
 """Bytes of a file that are read at once."""
+_Count = Annotated[int, Query(ge=FEWEST, le=MOST)]
 
 
 def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
@@ -76,18 +85,11 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
         "/api/recordings/{name}/samples",
         response_class=Response,
         summary="Evenly chosen samples of a recording.",
-        responses=answers(RecordedSamples),
+        responses=verdicts(RecordedSamples),
     )
-    async def samples(name: str, _: Viewer, count: int = 2000) -> Response:
-        path = await path_of(name)
-
-        def chosen() -> bytes:
-            return framing.encode_json(recorded_samples(path, count))
-
-        try:
-            return Response(await work.do(chosen), media_type=JSON)
-        except BioscaraError as error:
-            return unusable(error)
+    async def samples(name: str, _: Viewer, count: _Count = 2000) -> Response:
+        content = await work.do(judged, recorded_samples, await path_of(name), count)
+        return Response(content, media_type=JSON)
 
 
 async def _parts(file: BinaryIO, size: int) -> AsyncIterator[bytes]:

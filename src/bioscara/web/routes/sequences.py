@@ -18,10 +18,9 @@ from bioscara.dashboard.sequences import (
     scripted,
     written,
 )
-from bioscara.errors import BioscaraError
 from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.owner.queries import OwnerQueries
-from bioscara.web.routes.http import Viewer, answers, body_of, json, unusable
+from bioscara.web.routes.http import JSON, Viewer, body_of, decoded, judged, verdicts
 from bioscara.web.routes.work import Work
 
 _TIMEOUT = 30.0
@@ -41,31 +40,32 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
     """Add the routes."""
 
     async def answered(function: Callable[..., object], *arguments: Any) -> Response:
-        try:
-            return json(await work.do(function, *arguments))
-        except BioscaraError as error:
-            return unusable(error)
+        return Response(await work.do(judged, function, *arguments), media_type=JSON)
+
+    async def values_in(request: Request) -> object:
+        return decoded(await body_of(request, BODY_MAX, _TIMEOUT), "the sequence", object)
 
     @app.post(
         "/api/sequences/read",
         response_class=Response,
         summary="Read a sequence of steps, a YAML file in the body.",
+        responses=verdicts(None),
         openapi_extra=_BODY,
     )
     async def read_file(request: Request, _: Viewer, name: str = "sequence.yaml") -> Response:
         return await answered(read, name, await body_of(request, BODY_MAX, _TIMEOUT))
 
-    def add_text(path: str, function: Callable[[bytes], SequenceText], summary: str) -> None:
+    def add_text(path: str, function: Callable[[object], SequenceText], summary: str) -> None:
         @app.post(
             f"/api/sequences/{path}",
             response_class=Response,
             summary=summary,
             operation_id=f"sequence_{path}",
-            responses=answers(SequenceText),
+            responses=verdicts(SequenceText),
             openapi_extra=_BODY,
         )
         async def text(request: Request, _: Viewer) -> Response:
-            return await answered(function, await body_of(request, BODY_MAX, _TIMEOUT))
+            return await answered(function, await values_in(request))
 
     add_text("write", written, "Write a sequence, as JSON in the body, as YAML.")
     add_text("script", scripted, "Write a sequence, as JSON in the body, as a Python program.")
@@ -74,13 +74,13 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         "/api/sequences/plan",
         response_class=Response,
         summary="Plan a sequence, as JSON in the body, from where the arm is; nothing moves.",
-        responses=answers(DryRun),
+        responses=verdicts(DryRun),
         openapi_extra=_BODY,
     )
     async def plan(
         request: Request, _: Viewer, first: _Index = 0, last: _Index | None = None
     ) -> Response:
-        body = await body_of(request, BODY_MAX, _TIMEOUT)
+        values = await values_in(request)
         # Asked for now, not a second ago: the table may just have been changed for this sequence.
         workspace = msgspec.json.decode(await queries.ask(m.GetWorkspace()), type=m.WorkspaceState)
         description = await facts.description()
@@ -88,4 +88,4 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         # Without a pose a joint is not homed, and its position is an assumption.
         joints = () if sample.pose is None else sample.positions
         parameters = description.parameters
-        return await answered(dry_run_of, body, parameters, workspace, joints, first, last)
+        return await answered(dry_run_of, values, parameters, workspace, joints, first, last)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from fastapi import FastAPI, Request, Response
 
-from bioscara.api import framing
 from bioscara.dashboard.trajectories import SIZE_MAX, CheckedTrajectory, checked_trajectory
-from bioscara.errors import BioscaraError
-from bioscara.model import ArmParameters
 from bioscara.web.owner.facts import OwnerFacts
-from bioscara.web.routes.http import JSON, Viewer, answers, body_of, unusable
+from bioscara.web.routes.http import JSON, Viewer, body_of, judged, verdicts
 from bioscara.web.routes.work import Work
 
 _TIMEOUT = 30.0
@@ -19,14 +16,11 @@ _TIMEOUT = 30.0
 def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
     """Add the route."""
 
-    def checked(name: str, data: bytes, parameters: ArmParameters, fit: bool) -> bytes:
-        return framing.encode_json(checked_trajectory(name, data, parameters, fit=fit))
-
     @app.post(
         "/api/trajectories",
         response_class=Response,
         summary="Read a trajectory file, in the body, and compare it with the limits of the arm.",
-        responses=answers(CheckedTrajectory),
+        responses=verdicts(CheckedTrajectory),
         openapi_extra={"requestBody": {"required": True, "content": {"*/*": {}}}},
     )
     async def trajectories(
@@ -34,8 +28,6 @@ def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
     ) -> Response:
         data = await body_of(request, SIZE_MAX, _TIMEOUT)
         description = await facts.description()
-        try:
-            content = await work.do(checked, name, data, description.parameters, fit)
-        except BioscaraError as error:
-            return unusable(error)
+        parameters = description.parameters
+        content = await work.do(judged, checked_trajectory, name, data, parameters, fit=fit)
         return Response(content, media_type=JSON)

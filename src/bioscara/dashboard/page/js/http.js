@@ -33,6 +33,19 @@ export function post(path, body) {
 }
 
 /**
+ * Ask a question about content, as a file or values that a person has given.
+ *
+ * @param {Promise<{result: any, failure: FailureValue | null}>} answer The answer of `get` or `post`.
+ * @returns {Promise<any>} What the content yields.
+ * @throws {RequestError} It cannot be used, or the request is refused; other errors as of `get`.
+ */
+export async function judged(answer) {
+  const { result, failure } = await answer;
+  if (failure) throw new RequestError(failure);
+  return result;
+}
+
+/**
  * Give a person a file.
  *
  * @param {string} name Its name.

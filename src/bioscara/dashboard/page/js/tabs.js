@@ -7,6 +7,10 @@ import { text } from "./texts.js";
 
 /** Parts that a wide page shows beside the panels, and a phone as a tab. */
 const NARROW = [{ id: "watch", section: "view" }, { id: "jog", section: "jog" }];
+/** The tabs that are first on a phone, in a row of their own: what is needed in front of the arm. */
+const FIRST = ["watch", "jog", "run", "health"];
+/** Where the page is that narrow, as in layout.css. */
+const PHONE = "(max-width: 767px)";
 
 /**
  * Build the tabs with their panels.
@@ -18,15 +22,15 @@ export function buildTabs(app, panels) {
   const list = at("tabs");
   const host = at("panels");
   list.setAttribute("role", "tablist");
-  /** @type {{id: string, tab: HTMLElement, section: HTMLElement, element: HTMLElement | null, view: import("./app.js").PanelView, panel: Panel | null}[]} */
+  /** @type {{id: string, place: number, tab: HTMLElement, section: HTMLElement, element: HTMLElement | null, view: import("./app.js").PanelView, panel: Panel | null}[]} */
   const entries = [];
   for (const { id, section } of NARROW) {
-    entries.push({ id, tab: makeTab(id, "narrow"), section: at(section), element: null, view: {}, panel: null });
+    entries.push({ id, place: entries.length, tab: makeTab(id, "narrow"), section: at(section), element: null, view: {}, panel: null });
   }
   for (const panel of panels) {
     const element = h("div", { id: `panel-${panel.id}`, role: "tabpanel", "aria-labelledby": `tab-${panel.id}`, hidden: true });
     host.append(element);
-    entries.push({ id: panel.id, tab: makeTab(panel.id, ""), section: host, element, view: panel.mount(element, app), panel });
+    entries.push({ id: panel.id, place: entries.length, tab: makeTab(panel.id, ""), section: host, element, view: panel.mount(element, app), panel });
   }
   /** @type {typeof entries[number] | null} */
   let current = null;
@@ -62,7 +66,17 @@ export function buildTabs(app, panels) {
     history.replaceState(null, "", `#${id}`);
   }
 
-  list.append(...entries.map((entry) => entry.tab));
+  const phone = matchMedia(PHONE);
+  // In the document, and not by style alone: the order of the focus is that of the eye.
+  const arrange = () => {
+    const rank = (/** @type {string} */ id) => (phone.matches && FIRST.includes(id) ? FIRST.indexOf(id) : FIRST.length);
+    entries.sort((one, other) => rank(one.id) - rank(other.id) || one.place - other.place);
+    const focused = document.activeElement;
+    list.append(...entries.map((entry) => entry.tab));
+    if (focused instanceof HTMLElement && list.contains(focused)) focused.focus();
+  };
+  phone.addEventListener("change", arrange);
+  arrange();
   list.addEventListener("keydown", (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;

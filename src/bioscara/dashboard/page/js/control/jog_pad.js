@@ -8,6 +8,7 @@ import { degrees, millimetres, MM, number } from "../format.js";
 import { copyButton } from "../python.js";
 import { text } from "../texts.js";
 import { refusal } from "./allowed.js";
+import { AxisChoice } from "./axis_choice.js";
 import { GamepadReader } from "./gamepad.js";
 import { BEAT, EXPIRY, Hold } from "./hold.js";
 import { keepScreenOn, watchHold } from "./hold_triggers.js";
@@ -55,6 +56,7 @@ export function buildJog(app) {
     /** @param {string} source @param {number} axis @param {number} sign */
     press(source, axis, sign) {
       Object.assign(settings, { axis, sign });
+      if (!hold.active) values.choose(axis);
       if (settings.size > 0) { step(axis, sign); return; }
       hold.press(source, () => {
         const share = [0, 0, 0, 0];
@@ -69,27 +71,48 @@ export function buildJog(app) {
   watchKeys(pad, hold, actions, () => AXES[settings.mode], (why) => say(why));
   watchGamepad(app, hold, reader, settings);
   setInterval(() => hold.tick(), BEAT);
+  const axisChoice = new AxisChoice((axis) => { hold.end(text("jog.end.mode")); values.choose(axis); });
   const values = buildRows();
   at("jog").append(h("div", { class: "card column jog-card" },
-    head(app, settings, () => { hold.end(text("jog.end.mode")); Object.assign(values, buildRows()); refresh(); }),
-    speedRow(app, settings, moving), pad, h("p", { id: "jog-keys", class: "dim small", text: text("jog.keys") }), status,
-    h("p", { class: "dim small", text: text("jog.caution") })));
+    modeRow(app, settings, rebuild), axisChoice.element, pad, status, sizeRow(app, settings, rebuild), speedRow(app, settings, moving),
+    h("p", { id: "jog-keys", class: "dim small", text: text("jog.keys") }), h("p", { class: "dim small", text: text("jog.caution") })));
   /** @type {import("../../messages.d.ts").StateSample | null} */
   let former = null;
 
-  /** Make the buttons of the mode; returns what shows the values. */
+  /** Make the buttons of the mode; returns what shows the values, and what shows one row on a narrow page. */
   function buildRows() {
     const axes = AXES[settings.mode];
     const made = axes.map((axis, index) => rowOf(axis, index, settings));
     rows.replaceChildren(...made.map(({ row }) => row));
-    return { shown: made.map(({ value }) => value) };
+    axisChoice.fill(axes);
+    /** @param {number} chosen */
+    const choose = (chosen) => {
+      const former = made.find(({ row }) => row.contains(document.activeElement));
+      made.forEach(({ row }, index) => row.classList.toggle("chosen", index === chosen));
+      axisChoice.select(chosen);
+      // A key of another axis: the focus would leave the pad with the row that is hidden.
+      if (former && !visible(former.row)) pad.focus({ preventScroll: true });
+    };
+    choose(axisChoice.chosen);
+    return { shown: made.map(({ value }) => value), choose };
+  }
+
+  /** As another mode, frame or size was chosen. */
+  function rebuild() {
+    hold.end(text("jog.end.mode"));
+    Object.assign(values, buildRows());
+    refresh();
   }
 
   function refresh() {
     const { sample } = arm;
     if (!visible(pad)) return;
-    values.shown.forEach((value, index) => setText(value, valueOf(app, settings.mode, index)));
-    pad.classList.toggle("old", !arm.fresh);
+    values.shown.forEach((value, index) => {
+      const words = valueOf(app, settings.mode, index);
+      setText(value, words);
+      axisChoice.show(index, words);
+    });
+    for (const element of [pad, axisChoice.element]) element.classList.toggle("old", !arm.fresh);
     const speed = hold.active ? toolSpeed(former, sample) : NaN;
     setText(moving, Number.isNaN(speed) ? "" : text("jog.moving", { speed: number(speed / MM, 0) }));
     former = sample;
@@ -220,13 +243,13 @@ function valueOf({ arm }, mode, index) {
 }
 
 /**
- * Build the choice of mode, frame and size.
+ * Build the choice of mode and frame.
  *
  * @param {App} app
  * @param {Settings} settings
  * @param {() => void} changed
  */
-function head(app, settings, changed) {
+function modeRow(app, settings, changed) {
   const frame = h("select", { "aria-label": text("jog.frame"), hidden: true, on: { change: () => { settings.frame = frame.value; changed(); } } });
   const offer = () => {
     const frames = app.arm.workspace?.table.frames ?? [];
@@ -244,15 +267,24 @@ function head(app, settings, changed) {
     frame.hidden = settings.mode === "joints";
     changed();
   });
+  return h("div", { class: "row jog-head" }, h("h2", { text: text("tab.jog") }), modes, frame);
+}
+
+/**
+ * Build the choice between hold and the sizes of a step.
+ *
+ * @param {App} app
+ * @param {Settings} settings
+ * @param {() => void} changed
+ */
+function sizeRow(app, settings, changed) {
   const sizes = choice(text("jog.size"), SIZES.map((size) => [String(size), size ? String(size) : text("jog.hold")]), "0", (chosen) => {
     settings.size = Number(chosen);
     changed();
   });
   const python = copyButton(() => jogCode(settings.mode, settings.axis, settings.sign * (settings.size || 1), settings.size === 0,
     settings.speed, settings.share, app.arm, frameAngle(app, settings.frame)));
-  return h("div", { class: "column" },
-    h("div", { class: "row jog-head" }, h("h2", { text: text("tab.jog") }), modes, frame),
-    h("div", { class: "row" }, sizes, h("span", { class: "dim small", text: text("jog.units") }), python));
+  return h("div", { class: "row" }, sizes, h("span", { class: "dim small", text: text("jog.units") }), python);
 }
 
 /**

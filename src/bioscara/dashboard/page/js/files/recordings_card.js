@@ -5,7 +5,7 @@
 import { ActionError } from "../app.js";
 import { button, h, setText } from "../dom.js";
 import { duration } from "../format.js";
-import { get } from "../http.js";
+import { get, judged } from "../http.js";
 import { card } from "../run/action.js";
 import { text } from "../texts.js";
 import { MotionPlots } from "./motion_plots.js";
@@ -65,7 +65,7 @@ export class RecordingsCard {
   async #replay({ name }, address) {
     setText(this.status, text("files.reading", { name }));
     /** @type {Samples} */
-    const samples = await get(`${address}/samples?count=${SAMPLES}`);
+    const samples = await judged(get(`${address}/samples?count=${SAMPLES}`));
     setText(this.status, text("files.samples", { shown: samples.times.length, total: samples.total }));
     this.title.hidden = false;
     setText(this.title, name);

@@ -6,7 +6,7 @@
 import { ActionError } from "../app.js";
 import { button, h, setText } from "../dom.js";
 import { duration, number, velocity } from "../format.js";
-import { post } from "../http.js";
+import { judged, post } from "../http.js";
 import { copyButton, pythonText } from "../python.js";
 import { action, card } from "../run/action.js";
 import { text } from "../texts.js";
@@ -96,7 +96,7 @@ export class TrajectoryCard {
     this.#set(null);
     try {
       /** @type {Checked} */
-      const checked = await post(`api/trajectories?name=${encodeURIComponent(file.name)}&fit=${Number(fit)}`, file);
+      const checked = await judged(post(`api/trajectories?name=${encodeURIComponent(file.name)}&fit=${Number(fit)}`, file));
       // Another file may have been chosen meanwhile.
       if (this.file === file) this.#set(checked);
     } catch (error) {

@@ -17,6 +17,8 @@ const SHORTEST = 1;
 /** Least time between two drawings [ms], and between two looks at the values in view. */
 const PERIOD = 100;
 const SUMMARY_PERIOD = 1000;
+/** Time without any load after which a joint has none [s]. */
+const NO_LOAD = 1;
 /** Factor of one press of a zoom button, and share of one press of a move button. */
 const ZOOM = 2;
 const MOVE = 0.5;
@@ -44,12 +46,14 @@ class Plots {
     this.built = "";
     this.drawn = -Infinity;
     this.summarised = -Infinity;
+    this.noted = -Infinity;
     this.limits = true;
     this.recorder = new Recorder(app, () => this.#build());
     this.joints = h("div", { class: "row", role: "group", "aria-label": text("plots.joints") });
     this.quantities = h("div", { class: "row", role: "group", "aria-label": text("plots.quantities") });
     this.stack = h("div", { class: "column plots" });
     this.status = h("p", { class: "dim", role: "status" });
+    this.noLoad = h("p", { class: "dim" });
     this.summary = h("tbody");
     this.details = h("details", { class: "card" }, h("summary", {}, h("h2", { text: text("plots.values") })), this.#summaryTable());
     host.append(h("div", { class: "column" }, this.#controls(), this.joints, this.quantities, this.status, this.stack, this.details));
@@ -119,6 +123,7 @@ class Plots {
       for (const quantity of quantities) {
         const place = h("div", { class: "plot", role: "img", "aria-label": text("plots.plot_of", { quantity: text(`plots.quantity_${quantity.id}`) }) });
         const element = h("section", {}, h("h2", { text: text(`plots.quantity_${quantity.id}`) }), place);
+        if (quantity.id === "load") place.before(this.noLoad);
         this.stack.append(element);
         const chart = new Chart(place, quantity, (from, to) => this.#hold(from, to));
         chart.limits = this.limits;
@@ -159,11 +164,33 @@ class Plots {
     if (!this.visible) return;
     this.recorder.add();
     if (this.held || this.charts.size === 0) return;
+    this.#noteNoLoad();
     // Not before the picture has moved by a pixel.
     const pixel = (1000 * this.length) / Math.max(this.stack.clientWidth, 1);
     const now = performance.now();
     if (now - this.drawn >= Math.max(PERIOD, pixel)) this.#draw();
     if (now - this.summarised >= SUMMARY_PERIOD) this.#summarise();
+  }
+
+  /** Say which joints have no load, and why: their lines are gaps. */
+  #noteNoLoad() {
+    const now = performance.now();
+    const { ring, quantities } = this.recorder;
+    const { description } = this.app.arm;
+    if (!ring || !description || now - this.noted < SUMMARY_PERIOD) return;
+    this.noted = now;
+    const { times, columns } = ring.rows();
+    const first = times.findIndex((time) => time >= ring.last - NO_LOAD);
+    if (first < 0) return;
+    const lines = quantities.find(({ id }) => id === "load")?.lines ?? [];
+    const without = lines.filter(({ column }) => columns[column].subarray(first).every(Number.isNaN));
+    const [original, ours] = [true, false].map((wanted) => without
+      .filter(({ joint }) => (description.firmware[joint] === "protocol 1") === wanted)
+      .map(({ name }) => name).join(", "));
+    const notes = [];
+    if (original) notes.push(text("plots.no_load_original", { joints: original }));
+    if (ours) notes.push(text("plots.no_load", { joints: ours }));
+    setText(this.noLoad, notes.join(" "));
   }
 
   /** What is seen now. @returns {View | null} */

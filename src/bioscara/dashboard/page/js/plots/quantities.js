@@ -32,10 +32,9 @@ const FLOOR_SHARE = 0.005;
  * Return what can be plotted for an arm.
  *
  * @param {Description} description The arm.
- * @param {boolean} loads Whether it reports loads.
  * @returns {Quantity[]} The quantities; their columns are numbered through.
  */
-export function quantitiesOf(description, loads) {
+export function quantitiesOf(description) {
   let column = 0;
   const { joints } = description.parameters;
   /**
@@ -55,28 +54,25 @@ export function quantitiesOf(description, loads) {
       };
     }),
   });
-  const found = [
+  const period = 1 / description.rate;
+  return [
     perJoint("position", "", (joint) => [joint.lower, joint.upper]),
     perJoint("velocity", "/s", (joint) => [-joint.max_velocity, joint.max_velocity]),
     perJoint("error", "", (joint) => [-1, 1].map((sign) => sign * FLOOR_SHARE * (joint.upper - joint.lower))),
-  ];
-  if (loads) {
-    found.push({
+    {
       id: "load",
       lines: joints.map((joint, index) => ({
         column: column++, name: joint.name, joint: index, factor: 1, unit: "%", si: "%", limits: [100],
       })),
-    });
-  }
-  const period = 1 / description.rate;
-  found.push({
-    id: "timing",
-    lines: [
-      { column: column++, name: "bus", joint: -1, factor: 1e-3, unit: "ms", si: "s", limits: [(BUS_SHARE * period) / 1e-3] },
-      { column: column++, name: "late", joint: -1, factor: 1e-3, unit: "ms", si: "s", limits: [SILENCE / 1e-3] },
-    ],
-  });
-  return found;
+    },
+    {
+      id: "timing",
+      lines: [
+        { column: column++, name: "bus", joint: -1, factor: 1e-3, unit: "ms", si: "s", limits: [(BUS_SHARE * period) / 1e-3] },
+        { column: column++, name: "late", joint: -1, factor: 1e-3, unit: "ms", si: "s", limits: [SILENCE / 1e-3] },
+      ],
+    },
+  ];
 }
 
 /**
@@ -94,7 +90,7 @@ export function columnsOfSample(quantities) {
         position: (/** @type {StateSample} */ sample) => scaled(sample.positions[joint], factor),
         velocity: (/** @type {StateSample} */ sample) => scaled(sample.velocities[joint], factor),
         error: (/** @type {StateSample} */ sample) => error(sample, joint, factor),
-        load: (/** @type {any} */ sample) => sample.loads?.[joint] ?? null,
+        load: (/** @type {StateSample} */ sample) => sample.loads?.[joint] ?? null,
         timing: (/** @type {StateSample} */ sample) => scaled(name === "bus" ? sample.bus_time : sample.late, factor),
       }[id];
     }

@@ -51,7 +51,7 @@ export class Recorder {
       this.problem = error instanceof Error ? error.message : String(error);
     }
     if (turn !== this.loading || !arm.description) return;
-    this.#make(Boolean(history?.loads));
+    this.#make();
     if (history) this.#take(history);
     this.changed();
   }
@@ -70,11 +70,10 @@ export class Recorder {
     ring.push(sample.time, (column) => read(sample, column));
   }
 
-  /** @param {boolean} loads */
-  #make(loads) {
+  #make() {
     const { description } = this.app.arm;
     if (!description) return;
-    this.quantities = quantitiesOf(description, loads);
+    this.quantities = quantitiesOf(description);
     const columns = this.quantities.reduce((sum, { lines }) => sum + lines.length, 0);
     if (this.ring?.columns.length === columns) this.ring.clear();
     else this.ring = new Ring(LONGEST / PERIOD + POINTS, columns);

@@ -45,14 +45,17 @@ export function gripperCard(app) {
     carrying(app));
 }
 
+/** What the fields begin with: a microplate of ANSI SLAS 1 and 2, held across its short side [mm, g]. */
+const PLATE = { name: "plate", length: 127.8, width: 85.5, below: 10, above: 4.4, mass: 50 };
+
 /** @param {App} app */
 function carrying(app) {
   const { arm } = app;
-  const name = h("input", { type: "text", id: "load-name", value: "load", maxlength: 40, autocomplete: "off", spellcheck: "false" });
+  const name = h("input", { type: "text", id: "load-name", value: PLATE.name, maxlength: 40, autocomplete: "off", spellcheck: "false" });
   const [length, across, below, above, mass] = [
-    quantity(text("run.load_length"), "mm", { value: 20, min: 0 }), quantity(text("run.load_width"), "mm", { value: 20, min: 0 }),
-    quantity(text("run.load_below"), "mm", { value: 20, min: 0 }), quantity(text("run.load_above"), "mm", { value: 5, min: 0 }),
-    quantity(text("run.load_mass"), "g", { value: 10, min: 0 }),
+    quantity(text("run.load_length"), "mm", { value: PLATE.length, min: 0 }), quantity(text("run.load_width"), "mm", { value: PLATE.width, min: 0 }),
+    quantity(text("run.load_below"), "mm", { value: PLATE.below, min: 0 }), quantity(text("run.load_above"), "mm", { value: PLATE.above, min: 0 }),
+    quantity(text("run.load_mass"), "g", { value: PLATE.mass, min: 0 }),
   ];
   const table = h("input", { type: "checkbox", id: "load-table", checked: true });
   const carried = h("span", { class: "badge", role: "status" });

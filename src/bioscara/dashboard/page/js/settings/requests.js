@@ -1,6 +1,6 @@
 // Requests for the parameters of the arm.
 
-import { RequestError } from "../connection.js";
+import { get, judged, post } from "../http.js";
 
 /**
  * A parameter.
@@ -33,7 +33,7 @@ import { RequestError } from "../connection.js";
  * @throws {RequestError} They cannot be had.
  */
 export function readParameters() {
-  return answered(fetch("api/parameters"));
+  return get("api/parameters");
 }
 
 /**
@@ -44,17 +44,5 @@ export function readParameters() {
  * @throws {RequestError} A value cannot be used.
  */
 export function checkChanges(changes) {
-  return answered(fetch("api/parameters/check", {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify({ changes }),
-  }));
-}
-
-/** @param {Promise<Response>} request */
-async function answered(request) {
-  const response = await request;
-  const body = await response.json();
-  if (!response.ok) throw new RequestError({ data: {}, ...body });
-  return body;
+  return judged(post("api/parameters/check", { changes }));
 }

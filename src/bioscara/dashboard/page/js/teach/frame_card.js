@@ -5,10 +5,11 @@
 
 import { ActionError } from "../app.js";
 import { button, h, setText } from "../dom.js";
-import { degrees, millimetres } from "../format.js";
+import { degrees } from "../format.js";
 import { copyButton, pythonText } from "../python.js";
 import { action, card } from "../run/action.js";
 import { text } from "../texts.js";
+import { placeOf, pointFrame } from "./point_frame.js";
 import { undoLine } from "./undo_line.js";
 
 /**
@@ -30,11 +31,16 @@ export function frameCard(app, table) {
   const save = action(app, text("teach.frame_here"), async () => {
     const pose = arm.sample?.pose;
     if (!pose) throw new ActionError(text("refusal.not_homed"));
+    await keep(pose);
+  }, { enabled: false, extra: () => (name.value.trim() ? "" : text("teach.no_name")) });
+
+  /** @param {import("../../messages.d.ts").Pose} pose */
+  async function keep(pose) {
     const wanted = name.value.trim();
     const former = table.frames.find((frame) => frame.name === wanted);
     await table.saveFrame({ name: wanted, pose_frame_in_base: pose });
     undo.say(text("teach.saved", { name: wanted }), former ? () => table.saveFrame(former) : () => table.deleteFrame(wanted));
-  }, { enabled: false, extra: () => (name.value.trim() ? "" : text("teach.no_name")) });
+  }
 
   function draw() {
     const { workspace } = arm;
@@ -45,8 +51,7 @@ export function frameCard(app, table) {
     setText(mounted, text("teach.mounted", { name: workspace.tool.name }));
     none.hidden = table.frames.length > 0;
     frames.replaceChildren(...table.frames.map((frame) => {
-      const [x, y, z, yaw] = frame.pose_frame_in_base;
-      const place = `${[x, y, z].map((value) => millimetres(value).replace(" mm", "")).join(" ")} mm ${degrees(yaw)}`;
+      const place = `${placeOf(frame.pose_frame_in_base)} ${degrees(frame.pose_frame_in_base[3])}`;
       const remove = button(text("teach.delete"), () => app.attempt(async () => {
         await table.deleteFrame(frame.name);
         undo.say(text("teach.deleted", { name: frame.name }), () => table.saveFrame(frame));
@@ -63,5 +68,5 @@ export function frameCard(app, table) {
     h("h3", { text: text("teach.frames") }), none, frames,
     h("div", { class: "row" }, h("label", { class: "grow" }, h("span", { text: text("teach.name") }), name), save,
       copyButton(() => `robot.table = robot.table.with_frame(Frame(${pythonText(name.value.trim() || "name")}, robot.pose))`)),
-    undo.element);
+    pointFrame(app, () => name.value.trim(), keep), undo.element);
 }

@@ -8,7 +8,7 @@
 import { ActionError } from "../app.js";
 import { button, h, setText } from "../dom.js";
 import { duration } from "../format.js";
-import { post, saveFile } from "../http.js";
+import { judged, post, saveFile } from "../http.js";
 import { copyButton } from "../python.js";
 import { action, card } from "../run/action.js";
 import { text } from "../texts.js";
@@ -103,12 +103,12 @@ function files(app, model) {
   /** @param {File} file */
   async function load(file) {
     if (file.size > FILE_MAX) throw new ActionError(text("teach.too_large", { name: file.name, size: (file.size / 2 ** 20).toFixed(1) }));
-    model.load(await post(`api/sequences/read?name=${encodeURIComponent(file.name)}`, await file.text()));
+    model.load(await judged(post(`api/sequences/read?name=${encodeURIComponent(file.name)}`, await file.text())));
     app.say(text("teach.loaded", { name: file.name, count: model.steps.length }));
   }
   const name = () => (model.title || "sequence").replace(/[^\p{L}\p{N}_-]+/gu, "_");
   const save = (/** @type {string} */ path, /** @type {string} */ end) => app.attempt(async () => {
-    const { text: content } = await post(`api/sequences/${path}`, model.values());
+    const { text: content } = await judged(post(`api/sequences/${path}`, model.values()));
     saveFile(name() + end, content, "text/plain");
   });
   return h("div", { class: "row" }, input, button(text("teach.load_file"), () => input.click()),

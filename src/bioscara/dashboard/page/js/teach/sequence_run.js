@@ -6,7 +6,7 @@
 
 import { ActionError } from "../app.js";
 import { duration } from "../format.js";
-import { post } from "../http.js";
+import { judged, post } from "../http.js";
 import { text } from "../texts.js";
 
 /** Time between two looks during a wait [ms]. */
@@ -62,7 +62,7 @@ export class SequenceRun {
   async plan(first = 0, last) {
     const query = `first=${first}${last === undefined ? "" : `&last=${last}`}`;
     /** @type {DryRun} */
-    const planned = await post(`api/sequences/plan?${query}`, this.model.values());
+    const planned = await judged(post(`api/sequences/plan?${query}`, this.model.values()));
     this.model.unmark();
     for (const verdict of planned.verdicts) {
       const { failure, notes } = verdict;

@@ -49,7 +49,8 @@ export function buildView(app) {
   };
   let begun = false;
   const attempt = () => {
-    if (begun || !app.arm.description) return;
+    // A phone shows the view on request: what draws it is not loaded before.
+    if (begun || !app.arm.description || host.offsetParent === null) return;
     begun = true;
     begin().catch((error) => {
       setText(loading, text("view.no_model", { why: error.message }));
@@ -58,7 +59,7 @@ export function buildView(app) {
     });
   };
   app.arm.on("description", attempt);
-  attempt();
+  new ResizeObserver(attempt).observe(host);
 }
 
 /**

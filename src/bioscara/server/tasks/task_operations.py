@@ -35,7 +35,7 @@ _RELEASED = 0.05
 """Time at rest after which a jog with an expiry ends [s]: the next press may follow at once."""
 
 
-class Tasks:
+class TaskOperations:
     """Makes the operations of one arm.
 
     Args:

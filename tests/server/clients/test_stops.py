@@ -1,0 +1,106 @@
+"""STOPs of clients: each one stops the arm, and what a client repeats is one event."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from bioscara import MotionCancelledError
+from bioscara.api import messages as m
+from bioscara.server.serve import Served
+from processes import environment, wait_for_line
+from served import NAME, RawClient, arm_served, eventually, runtime_folder
+
+AWAY = m.MoveJoints(goal=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
+
+
+@pytest.fixture(scope="module")
+def arm() -> Iterator[Served]:
+    with arm_served(speed=5.0) as served:
+        yield served
+
+
+@pytest.fixture
+def stops(arm: Served) -> Callable[[], list[str]]:
+    """Return the function that returns the clients of the stops since the test began."""
+    begin = arm.owner.events.last
+
+    def clients() -> list[str]:
+        found, number = [], begin
+        while (event := arm.owner.events.after(number)) is not None:
+            number = event.number
+            if event.what == "stop":
+                found.append(event.client)
+        return found
+
+    return clients
+
+
+def test_a_stop_that_its_client_repeats_is_one_event(
+    arm: Served, stops: Callable[[], list[str]]
+) -> None:
+    with RawClient("one") as one, RawClient("two") as two:
+        for client in (one, one, two, two, one):
+            client.request(m.StopAll())
+        assert stops() == ["one", "two", "one"]
+
+
+def test_a_repeated_stop_stops_what_began_since_and_is_another_event(
+    arm: Served, stops: Callable[[], list[str]]
+) -> None:
+    with RawClient("one") as one:
+        epoch = one.acquire()
+        for _ in range(3):
+            begun = one.request(m.Start(task=AWAY), epoch)
+            eventually(lambda: arm.robot.is_moving)
+            for _ in range(5):
+                one.request(m.StopAll())
+            ended = arm.owner.goals.get(begun.goal.goal).operation
+            assert ended.wait(10.0)
+            assert isinstance(ended.error, MotionCancelledError)
+        assert stops() == ["one"] * 3
+        one.request(m.Pause())
+        one.request(m.StopAll())
+        assert stops() == ["one"] * 4
+        one.request(m.ReleaseLease(), epoch)
+
+
+def test_a_repeated_stop_ends_the_lease_that_another_client_took_since(
+    arm: Served, stops: Callable[[], list[str]]
+) -> None:
+    with RawClient("one") as one, RawClient("two") as two:
+        one.request(m.StopAll())
+        two.acquire()
+        one.request(m.StopAll())
+        assert not arm.owner.lease.holder
+        assert stops() == ["one"] * 2
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_to_a_command_is_one_stop(
+    number: int, start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    with runtime_folder():
+        words = ("-m", "bioscara", "serve", "--name", NAME, "--table", str(tmp_path / "poses.yaml"))
+        owner = start(*words, env=environment())
+        wait_for_line(owner, "is served")
+        with RawClient("look") as look:
+            command = ("-m", "bioscara", "home", "--arm", NAME)
+            mover = start(*command, env=environment(), stderr=subprocess.PIPE)
+            look.request(m.Subscribe(events_after=0))
+            look.event("goal_accepted")
+            # From here on it takes a signal as the request to stop.
+            wait_for_line(mover, "homing")
+            mover.send_signal(number)
+            ended = look.event("goal_ended")
+            _, said = mover.communicate(timeout=20.0)
+            assert ended.goal is not None
+            assert (ended.goal.status, mover.returncode) == ("cancelled", 130), said
+            while not any("has left" in event.text for event in look.events):
+                look.read(m.Event)
+            assert [event.client for event in look.events if event.what == "stop"] == [ended.client]
