@@ -1,4 +1,4 @@
-"""A served arm with its page in a real browser, and a client that sees what the arm does."""
+"""A served arm with its page in a real browser, and a client that sees the arm's motions."""
 
 from __future__ import annotations
 

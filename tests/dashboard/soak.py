@@ -114,7 +114,7 @@ class Hour:
 
 
 def run(page: Page, left: Site) -> list[Use]:
-    """Use the page for the whole time; return what was used, minute by minute."""
+    """Use the page for the whole time; return the used resources, minute by minute."""
     hour = Hour(page, left)
     uses: list[Use] = []
     begin = time.monotonic()

@@ -74,7 +74,7 @@ def opened(page: Page) -> Iterator[str]:
 
 
 def violations(page: Page) -> list[str]:
-    """Return what axe finds wrong in what is visible."""
+    """Return the errors that axe finds in the visible part."""
     found = Axe().run(page, options=OPTIONS).response["violations"]
     return [f"{each['id']}: {node['html'][:200]}" for each in found for node in each["nodes"]]
 

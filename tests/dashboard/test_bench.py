@@ -1,4 +1,4 @@
-"""The simulation bench: faults begun and ended on the page, and what the software does."""
+"""The simulation bench: faults begun and ended on the page, and the reactions of the software."""
 
 from __future__ import annotations
 

@@ -503,7 +503,7 @@ def test_a_press_that_does_nothing_says_why(page: Page, left: Site, case: str) -
 
 
 def spied(page: Page) -> Callable[[], list[dict[str, Any]]]:
-    """Return a function that returns what the page has sent since now."""
+    """Return a function that returns the messages of the page from now on."""
     page.evaluate("""() => {
         window.sent = [];
         window.send_ ??= WebSocket.prototype.send;

@@ -1,7 +1,7 @@
 """Publishes numbers at 100 Hz, or receives them by the executor of the node.
 
     executor_program.py publish COUNT      publishes 0 to COUNT - 1, once there is a subscriber
-    executor_program.py receive COUNT      prints what was received up to the last, as JSON
+    executor_program.py receive COUNT      prints the received messages, as JSON
 
 The callback of the receiver fails at the number 3.
 """

@@ -247,7 +247,7 @@ class Rig:
 
     @property
     def log(self) -> str:
-        """What the nodes have printed."""
+        """Output of the nodes."""
         return (self.folder / "node.log").read_text()
 
     @contextmanager

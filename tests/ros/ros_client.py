@@ -171,11 +171,11 @@ class Clients:
         thread.start()
 
     def streamed(self, topic: str) -> Any:
-        """Return what a stream has sent so far."""
+        """Return the commands of a stream so far."""
         return self.streams[topic][2][-1]
 
     def end_stream(self, topic: str) -> Any:
-        """End a stream; return what it has sent last."""
+        """End a stream; return its last command."""
         ended, thread, sent = self.streams.pop(topic)
         ended.set()
         thread.join()
@@ -271,7 +271,7 @@ class Clients:
 
 
 def main() -> None:
-    """Do what the lines say."""
+    """Carry out the requests in the lines."""
     clients = Clients()
     for line in sys.stdin:
         words = json.loads(line)

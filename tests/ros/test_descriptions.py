@@ -55,7 +55,7 @@ def test_the_scene_has_the_links_joints_limits_masses_and_tags_of_the_model(pref
 def test_another_arm_has_the_description_that_the_model_gives_it(
     prefix: Path, tmp_path: Path
 ) -> None:
-    """What follows from a parameter of a joint or the gripper follows here, too."""
+    """Values that follow from a parameter of a joint or the gripper follow here, too."""
     overlay = tmp_path / "overlay.yaml"
     overlay.write_text(
         "joints: {j1: {upper: 2.9, drive_current_percent: 30}, j3: {reduction: 25.0,"

@@ -1,4 +1,4 @@
-"""What the node publishes: joint states, frames, activity, diagnostics, statistics."""
+"""Publications of the node: joint states, frames, activity, diagnostics, statistics."""
 
 from __future__ import annotations
 

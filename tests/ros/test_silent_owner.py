@@ -28,7 +28,7 @@ STEP, PERIOD = 1e-3, 0.01
 WATCHED = 1.0
 """Time of the arm in which a setpoint would have been reached [s]."""
 BRAKED = 0.015
-"""Above the way on which a joint comes to rest [rad]."""
+"""More than the distance in which a joint comes to rest [rad]."""
 ANSWERED = 2 * TIME_TO_LIVE + 1.0
 """One call may wait for the silence to be noticed, and the next one behind it; the rest is for a
 busy computer [s]."""

@@ -1,4 +1,4 @@
-"""What the node offers beyond ros2_control: plans, motions, named poses, STOP and faults."""
+"""Services and actions beyond ros2_control: plans, motions, named poses, STOP and faults."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def test_rule_71_gripper_goals_are_rejected_replaced_and_cancelled(ros: Ros, ros
     assert closed(ros, grip(ros, 0.05))["status"] == SUCCEEDED
     first = grip(ros, 0.1)
     second = grip(ros, 0.05)
-    # In ROS a goal that nobody cancelled cannot end as cancelled.
+    # In ROS a goal that no client cancelled cannot end as cancelled.
     assert closed(ros, first)["status"] == ABORTED
     assert closed(ros, second)["status"] == SUCCEEDED
     third = grip(ros, 0.1)

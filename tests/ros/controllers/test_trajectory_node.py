@@ -56,7 +56,7 @@ def test_rule_32_and_35_a_goal_succeeds_with_feedback_and_within_50_ms(following
     feedback = [each for _, each in end["feedback"]]
     times = [each["desired"]["time_from_start"] for each in feedback]
     seconds = [each["sec"] + 1e-9 * each["nanosec"] for each in times]
-    # At 20 Hz, for the 2 s of the goal and what it takes to come to rest.
+    # At 20 Hz, for the 2 s of the goal and the time to come to rest.
     assert 30 <= len(feedback) <= 1.3 * 20.0 * seconds[-1] + 2
     assert seconds == sorted(seconds)
     assert {each["index"] for each in feedback} >= {0, 1}

@@ -1,4 +1,4 @@
-"""STOPs of clients: each one stops the arm, and what a client repeats is one event."""
+"""STOPs of clients: each one stops the arm, and repetitions of a client are one event."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ def test_a_confirmation_without_a_subscription_does_nothing() -> None:
 def test_a_push_is_the_load_of_its_joint_in_samples_and_history() -> None:
     with arm_served() as served, Robot.connect(f"arm:{NAME}") as robot, RawClient() as client:
         owner = served.owner
-        # Until the friction of all joints holds what the last motion has left.
+        # Until the friction of all joints holds the rest of the last motion.
         eventually(lambda: owner.sample.time > 1.0 and not owner.sample.moving)
         before = owner.sample
         assert before.loads is not None
