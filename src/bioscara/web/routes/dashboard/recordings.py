@@ -22,8 +22,8 @@ from bioscara.dashboard.recordings import (
 )
 from bioscara.errors import BioscaraError
 from bioscara.rosbag.recording_file import MEDIA_TYPE
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, RefusedError, Viewer, answers, json, unusable
-from bioscara.web.routes.work import Work
 from bioscara.web.settings import WebSettings
 
 _PART = 256 << 10

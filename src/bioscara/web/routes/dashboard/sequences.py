@@ -21,8 +21,8 @@ from bioscara.dashboard.sequences import (
 from bioscara.errors import BioscaraError
 from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import Viewer, answers, body_of, json, unusable
-from bioscara.web.routes.work import Work
 
 _TIMEOUT = 30.0
 """Time in which a body has to arrive [s]."""

@@ -17,8 +17,8 @@ from bioscara.dashboard.parameters import (
 )
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import Viewer, answers, body_of, json, schema, unusable
-from bioscara.web.routes.work import Work
 
 _BODY_MAX = 256 << 10
 """Longest list of changes [byte]."""

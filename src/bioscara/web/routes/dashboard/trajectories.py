@@ -9,8 +9,8 @@ from bioscara.dashboard.trajectories import SIZE_MAX, CheckedTrajectory, checked
 from bioscara.errors import BioscaraError
 from bioscara.model import ArmParameters
 from bioscara.web.owner.facts import OwnerFacts
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, Viewer, answers, body_of, unusable
-from bioscara.web.routes.work import Work
 
 _TIMEOUT = 30.0
 """Time in which a file has to arrive [s]."""
