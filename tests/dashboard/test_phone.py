@@ -160,6 +160,27 @@ def test_the_view_is_loaded_only_when_it_is_asked_for(browser: Browser, left: Si
     context.close()
 
 
+def test_a_preview_opens_the_view_with_its_buttons_in_sight(page: Page, left: Site) -> None:
+    page.get_by_role("tab", name="Run").tap()
+    go = page.get_by_role("region", name="Go to a pose")
+    go.get_by_role("button", name="Fill in").tap()
+    go.locator("#go-z").fill(f"{1000 * left.robot.pose.z + 8:.1f}")
+    go.get_by_role("button", name="Preview", exact=True).tap()
+    expect(page.get_by_role("tab", name="View")).to_have_attribute("aria-selected", "true")
+    execute = page.locator(".view-plan").get_by_role("button", name="Execute")
+    expect(execute).to_be_in_viewport()
+    stop = page.locator("#stop-button").bounding_box()
+    assert stop is not None
+
+    def above_stop() -> bool:
+        box = execute.bounding_box()
+        return box is not None and box["y"] + box["height"] < stop["y"]
+
+    wait_until(above_stop, "STOP does not cover it")
+    page.get_by_role("button", name="Discard").tap()
+    page.get_by_role("tab", name="Jog").tap()
+
+
 SPY = """() => {
     const { request } = WakeLock.prototype;
     window.locks = [];

@@ -1,4 +1,4 @@
-"""What a screen reader is told: the browser's accessibility tree of each tab, state and event."""
+"""The accessibility tree of the browser, from which a screen reader reads each tab and event."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ GROUPS = {"group", "region", "tabpanel", "list", "log", "generic"}
 """Roles of what takes the focus to be scrolled, or on the way to a control in it."""
 STATE = {"tab": "selected", "checkbox": "checked", "radio": "checked", "option": "selected",
          "DisclosureTriangle": "expanded"}  # fmt: skip
-"""The state that has to be told of a control of a role."""
+"""The state that a control of a role has in the tree."""
 
 
 class Node(NamedTuple):
-    """What is told of an element.
+    """An element of the tree.
 
     Attributes:
         role: Its role.
@@ -54,7 +54,7 @@ class Reader:
         self._devtools: CDPSession = page.context.new_cdp_session(page)
 
     def nodes(self) -> list[Node]:
-        """Return what is told of each element, in the order of the page."""
+        """Return the elements, in the order of the page."""
         given = self._devtools.send("Accessibility.getFullAXTree")["nodes"]
         by_id = {each["nodeId"]: each for each in given}
 
@@ -124,7 +124,7 @@ def test_each_control_of_a_tab_has_role_name_and_state(
     assert panels == [tab]
 
 
-def test_what_is_pressed_and_what_cannot_be_pressed_is_told(page: Page, reader: Reader) -> None:
+def test_toggles_and_buttons_without_effect_are_marked_as_such(page: Page, reader: Reader) -> None:
     page.get_by_role("tab", name="Run").click()
     if page.locator("html").get_attribute("data-state") == "commanding":
         page.get_by_role("button", name="Give back").click()
