@@ -543,7 +543,7 @@ MUTANTS = (
     Mutant(
         "check byte of an answer to TRACKLOAD",
         "_TrackLoad.decode_v2",
-        "check == crc8_of_9(answer, _SEED[address << 1 | 1])",
+        "crc8_of_10(answer, _SEED[address << 1 | 1]) == 0",
         "True",
         ("tests/protocol",),
     ),

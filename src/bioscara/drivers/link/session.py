@@ -76,7 +76,6 @@ class Session:
     Attributes:
         version: Protocol version in use; 0 before :meth:`open`.
         hello: Answer of a version 2 joint to HELLO.
-        reports_load: Whether its firmware reports the load in answers to setpoints.
         flags: The last flags received; before any were received, those after power-up.
         retries: Exchanges that were repeated since this object was made.
         timing: Timing state of a version 1 joint.
@@ -87,7 +86,6 @@ class Session:
         self._joint, self._number, self._address = joint, number, address
         self.version = 0
         self.hello: Hello | None = None
-        self.reports_load = False
         self.flags: int = int(_POWER_UP)
         self.retries = 0
         self.timing = OriginalTiming()
@@ -113,7 +111,6 @@ class Session:
             self._open_v1()
             return
         require_known(self.hello, self._joint, self._number, self._address)
-        self.reports_load = self.hello.reports_load
         try:
             self._arm(self.hello)
         except BioscaraError:
@@ -123,7 +120,6 @@ class Session:
     def close(self) -> None:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
-        self.reports_load = False
         # The end of the joint's pause outlives the session, the rest does not.
         self.timing.in_position_mode = self.timing.silent = False
         self.flags, self._armed = int(_POWER_UP), False
@@ -300,6 +296,11 @@ class Session:
         if report.refusal in _FORGOTTEN:
             return self._forgotten()
         return refused_error(self._joint, self._address, message.register, report)
+
+    @property
+    def reports_load(self) -> bool:
+        """Whether the joint's firmware reports the load in answers to setpoints."""
+        return self.hello is not None and self.hello.reports_load
 
     @property
     def paused(self) -> bool:
