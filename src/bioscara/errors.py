@@ -53,7 +53,8 @@
         ├── ProtocolError             ... a message cannot be understood
         └── AccessError               ... this user or client may not do that
 
-Messages are one printable line: unprintable characters in external names are escaped.
+Messages are one printable line: unprintable characters in external names are escaped, and the
+middle of a text longer than 1000 characters is left out.
 
 ``code`` is the number that the original driver returned; errors that it did not have got numbers
 from -200 down, which it never used. A number never changes its meaning; docs/errors.md lists all.
@@ -63,7 +64,7 @@ the message.
 
 from __future__ import annotations
 
-from bioscara.printing import printable
+from bioscara.printing import brief
 
 
 class BioscaraError(Exception):
@@ -76,7 +77,7 @@ class BioscaraError(Exception):
     code = -200
 
     def __str__(self) -> str:
-        return printable(super().__str__())
+        return brief(super().__str__())
 
 
 class InvalidArgumentError(BioscaraError, ValueError):
@@ -273,7 +274,7 @@ class JointError(BioscaraError):
         super().__init__(message)
 
     def __str__(self) -> str:
-        return printable(f"{self.what}; {self.remedy}" if self.remedy else self.what)
+        return brief(f"{self.what}; {self.remedy}" if self.remedy else self.what)
 
 
 class NotHomedError(JointError):
