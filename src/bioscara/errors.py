@@ -225,7 +225,6 @@ class BusStuckError(CommunicationError):
         self,
         message: str,
         address: int | None = None,
-        *,
         remedy: str = "",
         transactions: int = 0,
         duration: float = 0.0,
