@@ -207,7 +207,36 @@ class BusTimeoutError(CommunicationError):
 
 
 class BusStuckError(CommunicationError):
-    """A bus line is held low and recovery did not free it."""
+    """A bus line is held low and recovery did not free it.
+
+    Attributes:
+        what: What was observed.
+        remedy: What to do; empty where only a layer above can say it.
+        transactions: Number of transactions in a row that did not end; 0 if they were not counted.
+        duration: Time since the first of them [s].
+        reopened: How often re-opening the adapter did not help.
+    """
+
+    REMEDY = (
+        "free the line: switch the joints off and on, or unplug them one by one to find the one "
+        "that holds it low"
+    )
+
+    def __init__(
+        self,
+        message: str,
+        address: int | None = None,
+        remedy: str = "",
+        transactions: int = 0,
+        duration: float = 0.0,
+        reopened: int = 0,
+    ) -> None:
+        self.what, self.remedy, self.reopened = message, remedy, reopened
+        self.transactions, self.duration = transactions, duration
+        super().__init__(message, address)
+
+    def __str__(self) -> str:
+        return printable(f"{self.what}; {self.remedy}" if self.remedy else self.what)
 
 
 class CorruptFrameError(CommunicationError):
@@ -232,11 +261,11 @@ class RefusedError(CommunicationError):
 
 
 class JointLostError(CommunicationError):
-    """A joint did not answer usefully for several control cycles in a row.
+    """A joint did not answer usefully for several control cycles, or tries, in a row.
 
     Attributes:
         joint: Name of the joint.
-        bad_cycles: Number of consecutive failed cycles.
+        bad_cycles: Number of consecutive failed cycles; 0 where the tries of one exchange failed.
         reason: Error of the last one.
     """
 

@@ -10,6 +10,7 @@ from bioscara.clock import Clock
 from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
 from bioscara.drivers.link.handshake import acknowledges, identify, require_known
 from bioscara.drivers.link.joint_reports import FaultReport, Hello
+from bioscara.drivers.link.line import line_of
 from bioscara.drivers.link.original import START_UP, OriginalTiming, forget_silence, note_silence
 from bioscara.errors import (
     BioscaraError,
@@ -89,6 +90,7 @@ class Session:
         self.flags: int = int(_POWER_UP)
         self.retries = 0
         self.timing = OriginalTiming()
+        self._line = line_of(bus)
         self._sequence = self._unanswered = 0
         self._armed = False
         self._restarted: JointResetError | None = None
@@ -262,11 +264,13 @@ class Session:
             JointResetError: The joint has forgotten the session, so it restarted.
         """
         if not isinstance(result, bytes):
+            self._line.failed(self._address, result, self._clock.now())
             if self.version == 1 and isinstance(result, NoAcknowledgeError):
                 # It may have lost its power, and regain it.
                 self.timing.silent = True
                 note_silence(self._bus, self._address)
             raise result
+        self._line.in_a_row = 0
         if self.version == 1:
             if self.timing.silent:
                 self.timing.silent = False
@@ -323,7 +327,7 @@ class Session:
             CommunicationError: The bus does not work.
         """
         if self.timing.silent:
-            if not acknowledges(self._bus, self._address):
+            if not acknowledges(self._bus, self._clock, self._address):
                 raise NoAcknowledgeError("no device acknowledged", self._address)
             self.timing.silent = False
             forget_silence(self._bus, self._address)
