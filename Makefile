@@ -153,16 +153,27 @@ $(ROS2)/.ros2: $(INTERFACES) pyproject.toml constraints.txt
 
 ros2: $(ROS2)/.ros2
 
+OFTEN := BIOSCARA_EXAMPLES=1000 BIOSCARA_VALUES_SHARE=1 BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 \
+    BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 \
+    BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 \
+    BIOSCARA_LOAD_SEEDS=200 BIOSCARA_INTERLEAVINGS=1000
+LAWS := tests/control/manager/test_manager_at_speed.py tests/planning/collision/test_zones.py \
+    tests/planning/motions/test_jog.py tests/planning/collision/test_stop_guard.py \
+    tests/planning/collision/test_bodies.py tests/control/limits/test_clearance.py \
+    tests/control/controllers/joint_trajectory/test_pausing.py \
+    tests/control/controllers/joint_trajectory/test_invariants.py tests/planning/motions/test_cartesian.py \
+    tests/planning/collision/test_broad_phase.py tests/planning/paths/test_blending.py \
+    tests/robot/test_planner_beside_itself.py tests/model/test_parameters.py \
+    tests/drivers/test_unusable_values.py tests/remote/test_unusable_values.py \
+    tests/robot/test_unusable_values.py tests/system/test_random_faults.py tests/system/test_load_speed.py \
+    tests/robot/test_robot_fuzz.py tests/drivers/link/test_handshake.py tests/sim/test_socket_bus.py \
+    tests/server/test_interleavings.py tests/oracle tests/firmware
+
 laws: $(VENV)/.dev firmware
-	@BIOSCARA_EXAMPLES=1000 BIOSCARA_VALUES_SHARE=1 BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 BIOSCARA_INTERLEAVINGS=1000 $(BIN)/python -m pytest -o timeout=0 \
-	    tests/control/manager/test_manager_at_speed.py tests/planning/collision/test_zones.py tests/planning/motions/test_jog.py \
-	    tests/planning/collision/test_stop_guard.py tests/planning/collision/test_bodies.py tests/control/limits/test_clearance.py \
-	    tests/control/controllers/joint_trajectory/test_pausing.py \
-	    tests/control/controllers/joint_trajectory/test_invariants.py tests/planning/motions/test_cartesian.py \
-	    tests/planning/collision/test_broad_phase.py tests/planning/paths/test_blending.py tests/robot/test_planner_beside_itself.py \
-	    tests/model/test_parameters.py tests/drivers/test_unusable_values.py tests/remote/test_unusable_values.py tests/robot/test_unusable_values.py \
-	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
-	    tests/drivers/link/test_handshake.py tests/sim/test_socket_bus.py tests/server/test_interleavings.py tests/oracle tests/firmware
+	@status=0; \
+	$(OFTEN) $(BIN)/python -m pytest -o timeout=0 -n auto --dist worksteal -m 'not realtime' $(LAWS) || status=1; \
+	$(OFTEN) $(BIN)/python -m pytest -o timeout=0 -m realtime $(LAWS) || status=1; \
+	exit $$status
 
 soak: $(VENV)/.dev
 	@$(BIN)/python -m tests.soak

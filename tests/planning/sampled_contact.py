@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +40,14 @@ def _turned(points: Array, x: float, y: float, yaw: float) -> Array:
     )
 
 
+@cache
+def _points(shape: Prism) -> Array:
+    """Return points on the border of the shape and in it, (n, 3), in the frame of its link."""
+    flat = _turned(_outline(shape), shape.x, shape.y, shape.yaw)
+    heights = np.linspace(shape.low, shape.high, 7)
+    return np.column_stack((np.tile(flat, (len(heights), 1)), np.repeat(heights, len(flat))))
+
+
 def points_of(arm: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]]:
     """Yield for each body its link and points (n, 3) in the base frame."""
     q1, q2, q3, q4 = joints
@@ -52,12 +61,8 @@ def points_of(arm: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]
         if body.link == "base_link":
             continue
         x, y, z, yaw = frames[body.frame]
-        points = []
-        for shape in body.shapes:
-            flat = _turned(_turned(_outline(shape), shape.x, shape.y, shape.yaw), x, y, yaw)
-            heights = np.linspace(z + shape.low, z + shape.high, 7)
-            points += [np.column_stack((flat, np.full(len(flat), h))) for h in heights]
-        yield body.link, np.concatenate(points)
+        own = np.concatenate([_points(shape) for shape in body.shapes])
+        yield body.link, np.column_stack((_turned(own[:, :2], x, y, yaw), own[:, 2] + z))
 
 
 def beyond(zone: Box | Cylinder, points: Array) -> Array:
