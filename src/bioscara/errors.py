@@ -236,7 +236,7 @@ class BusStuckError(CommunicationError):
         super().__init__(message, address)
 
     def __str__(self) -> str:
-        return printable(f"{self.what}; {self.remedy}" if self.remedy else self.what)
+        return brief(f"{self.what}; {self.remedy}" if self.remedy else self.what)
 
 
 class CorruptFrameError(CommunicationError):
