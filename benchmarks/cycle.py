@@ -41,7 +41,7 @@ def rows() -> list[Row]:
         ratio = taken / needed
         result.append(
             Row(
-                f"whole cycle at {frequency / 1e3:.0f} kHz",
+                f"whole cycle at {frequency / 1e3:.0f} kHz, with the load of each joint",
                 f"{1e3 * taken:.3f} ms",
                 f"bits of its frames and overhead: {1e3 * needed:.3f} ms",
                 "at most 1.05 times",

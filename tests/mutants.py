@@ -44,6 +44,7 @@ MANAGER = (
     "tests/control/manager/test_cycle_rules.py",
 )
 TURN = ("tests/robot/operations/test_arbiter.py",)
+BUS_WATCH = ("tests/hardware/test_bus_watch.py",)
 LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 CLEARANCE = ("tests/control/limits/test_clearance.py",)
 SUPERVISOR = ("tests/control/faults/test_supervisor.py",)
@@ -71,7 +72,7 @@ INTERLEAVINGS = ("tests/server/test_interleavings.py",)
 HOSTILE = "tests/server/clients/test_hostile_clients.py"
 LINK = "tests/remote/test_link.py"
 WEB_ROUTES = ("tests/web/test_every_route.py",)
-WEB_ANSWERS = ("tests/web/routes/test_dashboard_routes.py",)
+WEB_ANSWERS = ("tests/web/routes/dashboard/test_dashboard_routes.py",)
 WEB_SIGN_IN = ("tests/web/access/test_sign_in.py",)
 WEB_RELAY = ("tests/web/owner/test_relay.py",)
 WEB_TOKENS = ("tests/web/access/test_tokens.py",)
@@ -543,7 +544,7 @@ MUTANTS = (
     Mutant(
         "check byte of an answer to TRACKLOAD",
         "_TrackLoad.decode_v2",
-        "check == crc8_of_9(answer, _SEED[address << 1 | 1])",
+        "crc8_of_10(answer, _SEED[address << 1 | 1]) == 0",
         "True",
         ("tests/protocol",),
     ),
@@ -926,6 +927,41 @@ MUTANTS = (
         ("tests/system/test_control_scenarios.py",),
     ),
     Mutant(
+        "a loss of power needs joints that do not acknowledge",
+        "indicates_power_loss",
+        "isinstance(cause.reason, NoAcknowledgeError)",
+        "True",
+        ("tests/control/faults/test_supervisor.py",),
+    ),
+    Mutant(
+        "a stuck bus needs all joints",
+        "BusWatch.stuck",
+        "not line.addresses.issuperset(expected)",
+        "False",
+        BUS_WATCH,
+    ),
+    Mutant(
+        "the other joints are asked before the bus is called stuck",
+        "BusWatch._ask_others",
+        "not line.in_a_row or len(line.addresses.intersection(expected)) < 2",
+        "False",
+        BUS_WATCH,
+    ),
+    Mutant(
+        "an answer shows that the bus works",
+        "Session.take",
+        "self._line.in_a_row = 0",
+        "",
+        BUS_WATCH,
+    ),
+    Mutant(
+        "a late loop on a stuck bus is no second fault",
+        "Loop._overrun",
+        "self._waits_for_the_bus",
+        "False",
+        ("tests/system/test_first_cause.py",),
+    ),
+    Mutant(
         "one owner of a command interface",
         "Claims.check",
         "owner is not None and owner not in leaving",
@@ -1138,7 +1174,7 @@ MUTANTS = (
     Mutant(
         "an intact PING between answers of version 1",
         "identify",
-        "_require_pong(bus, address)",
+        "_require_pong(bus, clock, address)",
         "",
         GREETING,
     ),

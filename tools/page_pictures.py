@@ -40,6 +40,18 @@ AGED = """(age) => Object.defineProperty(bioscara.arm, "arrival", {
     get: () => performance.now() - age, set() {}, configurable: true,
 })"""
 """Makes a page's values as old as given [ms]."""
+SWING = b"time,j1,j2,j3,j4\n0,0.3,0.2,0.8,-0.5\n1,0.5,0.2,0.8,-0.5\n2.5,0.3,0.2,0.8,-0.5\n"
+TO_AND_FRO = b"""schema: 1
+title: to and fro
+tool: fingers
+steps:
+- {kind: move_named, name: gate, speed: 0.9}
+- {kind: wait, seconds: 0.2}
+- {kind: move_named, name: scale, speed: 0.9}
+...
+"""
+REACHED, COLLIDING = ("542", "300"), ("150", "450")
+"""x and y of a target that the tool can reach, and of one in a zone [mm]."""
 DOCUMENTED = {
     "run-commanding-desktop-light": "dashboard",
     "jog-commanding-phone-dark": "dashboard-phone",
@@ -142,6 +154,7 @@ def photograph(browser: Browser, robot: RemoteRobot, folder: Path, size: str, sc
     wait_for(page, "commanding")
     for tab in camera.tabs():
         camera.take(tab, "commanding")
+    _photograph_work(camera)
     _photograph_fault(camera, robot)
     for state, age in (("stale", 500), ("gone", 5000)):
         page.evaluate(AGED, age)
@@ -156,6 +169,52 @@ def photograph(browser: Browser, robot: RemoteRobot, folder: Path, size: str, sc
     wait_for(page, "signed-out")
     camera.take("", "signed-out")
     context.close()
+
+
+def _photograph_work(camera: Camera) -> None:
+    """Make pictures of a target, a file, a sequence, a frame, a draft, a load and STOP."""
+    page = camera.page
+    camera.open("watch" if "watch" in camera.tabs() else "run")
+    page.get_by_role("button", name="Target", exact=True).click()
+    for (x, y), shown in ((REACHED, "view-plan"), (COLLIDING, "target-refusal")):
+        for field, value in zip(page.locator(".target-row input").all(), (x, y), strict=False):
+            field.fill(value)
+            field.press("Enter")
+        page.locator(".view-target").get_by_role("button", name="Plan", exact=True).click()
+        page.locator(f".{shown}:visible").scroll_into_view_if_needed()
+        camera.keep(shown)
+    page.get_by_role("button", name="Target", exact=True).click()
+    camera.open("files")
+    _give(page, ".yaml,.yml,.csv", "swing.csv", SWING)
+    page.get_by_role("button", name="Execute", exact=True).first.scroll_into_view_if_needed()
+    camera.keep("files-trajectory")
+    camera.open("teach")
+    _give(page, ".yaml,.yml", "to_and_fro.yaml", TO_AND_FRO)
+    page.locator(".step-choose").nth(2).click()
+    page.get_by_role("button", name="Dry run").click()
+    camera.keep("teach-sequence")
+    for name in ("Take the origin here", "Take a point on x here"):
+        page.get_by_role("button", name=name).click()
+    camera.keep("teach-frame")
+    camera.open("settings")
+    page.get_by_role("textbox", name="joints.j2.upper [m]").fill("0.3")
+    page.get_by_role("button", name="Check changes").click()
+    camera.keep("settings-draft")
+    page.get_by_role("button", name="Discard changes").click()
+    camera.open("run")
+    summary = page.locator("summary", has_text="Grasp a load")
+    summary.click()
+    camera.keep("run-load")
+    summary.click()
+    page.get_by_role("button", name="STOP", exact=True).press("Enter")
+    camera.take("run", "stopped")
+    page.locator(".stop-box button").click()
+
+
+def _give(page: Page, kinds: str, name: str, content: bytes) -> None:
+    """Choose a file in the field that accepts these kinds."""
+    field = page.locator(f"input[type=file][accept='{kinds}']")
+    field.set_input_files({"name": name, "mimeType": "text/plain", "buffer": content})
 
 
 def _photograph_fault(camera: Camera, robot: RemoteRobot) -> None:
@@ -206,10 +265,18 @@ class Camera:
             state: State of the page, for the name of the picture.
         """
         if tab:
-            self.page.evaluate(f"document.getElementById('tab-{tab}').click()")
+            self.open(tab)
         self.page.evaluate("scrollTo(0, 0)")
+        self.keep("-".join(filter(None, (tab, state))))
+
+    def open(self, tab: str) -> None:
+        """Open a tab."""
+        self.page.evaluate(f"document.getElementById('tab-{tab}').click()")
+
+    def keep(self, name: str) -> None:
+        """Make a picture of what the window shows, wherever it is scrolled to."""
         self.page.wait_for_timeout(SETTLED)
-        name = "-".join(filter(None, (tab, state, self._end)))
+        name = f"{name}-{self._end}"
         self.page.screenshot(path=self._folder / f"{name}.png", animations="disabled")
 
 

@@ -324,6 +324,35 @@ TEST(setpoints_of_one_tick_replace_each_other_and_nothing_else) {
                Flags::REFUSED));
 }
 
+TEST(TRACKLOAD_is_TRACK_with_the_load_of_STATE_in_its_answer) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  CHECK(has(host.send(Register::TRACKLOAD, client::setpoint(0.0F, 0.0F))[0], Flags::REFUSED));
+  host.enable();
+  const float start = static_cast<float>(host.degrees());
+  int most = 0;
+  for (int step = 1; step <= 100; ++step) {
+    // Each of the two takes over where the other was.
+    const Register code = step % 2 == 0 ? Register::TRACK : Register::TRACKLOAD;
+    const std::size_t size = step % 2 == 0 ? 6 : 7;
+    const float place = start + 0.02F * static_cast<float>(step * step);
+    const Bytes answer = host.send(code, client::setpoint(place, 0.333F * static_cast<float>(step)), size);
+    CHECK(!has(answer.back(), Flags::REFUSED));
+    const client::State state = host.state();
+    CHECK(state.state == JointState::TRACKING || step == 1);
+    CHECK(load<float>(answer.data()) == state.degrees);
+    if (size == 7) {
+      CHECK(answer[6] == state.load_percent);
+      most = std::max<int>(most, state.load_percent);
+    }
+    bench.run(0.02);
+  }
+  CHECK(most > 0 && most <= 100);
+  CHECK(std::fabs(host.degrees() - start - 200.0) < 5.0);
+  CHECK(host.fault() == Fault::NONE);
+}
+
 TEST(HZ07_lengths_of_0_to_64_bytes_are_survived_and_only_whole_frames_executed) {
   Bench bench(1);
   Host host(bench, 1);

@@ -53,7 +53,8 @@
         ├── ProtocolError             ... a message cannot be understood
         └── AccessError               ... this user or client may not do that
 
-Messages are one printable line: unprintable characters in external names are escaped.
+Messages are one printable line: unprintable characters in external names are escaped, and the
+middle of a text longer than 1000 characters is left out.
 
 ``code`` is the number that the original driver returned; errors that it did not have got numbers
 from -200 down, which it never used. A number never changes its meaning; docs/errors.md lists all.
@@ -63,7 +64,7 @@ the message.
 
 from __future__ import annotations
 
-from bioscara.printing import printable
+from bioscara.printing import brief
 
 
 class BioscaraError(Exception):
@@ -76,7 +77,7 @@ class BioscaraError(Exception):
     code = -200
 
     def __str__(self) -> str:
-        return printable(super().__str__())
+        return brief(super().__str__())
 
 
 class InvalidArgumentError(BioscaraError, ValueError):
@@ -206,7 +207,36 @@ class BusTimeoutError(CommunicationError):
 
 
 class BusStuckError(CommunicationError):
-    """A bus line is held low and recovery did not free it."""
+    """A bus line is held low and recovery did not free it.
+
+    Attributes:
+        what: What was observed.
+        remedy: What to do; empty where only a layer above can say it.
+        transactions: Number of transactions in a row that did not end; 0 if they were not counted.
+        duration: Time since the first of them [s].
+        reopened: How often re-opening the adapter did not help.
+    """
+
+    REMEDY = (
+        "free the line: switch the joints off and on, or unplug them one by one to find the one "
+        "that holds it low"
+    )
+
+    def __init__(
+        self,
+        message: str,
+        address: int | None = None,
+        remedy: str = "",
+        transactions: int = 0,
+        duration: float = 0.0,
+        reopened: int = 0,
+    ) -> None:
+        self.what, self.remedy, self.reopened = message, remedy, reopened
+        self.transactions, self.duration = transactions, duration
+        super().__init__(message, address)
+
+    def __str__(self) -> str:
+        return printable(f"{self.what}; {self.remedy}" if self.remedy else self.what)
 
 
 class CorruptFrameError(CommunicationError):
@@ -231,11 +261,11 @@ class RefusedError(CommunicationError):
 
 
 class JointLostError(CommunicationError):
-    """A joint did not answer usefully for several control cycles in a row.
+    """A joint did not answer usefully for several control cycles, or tries, in a row.
 
     Attributes:
         joint: Name of the joint.
-        bad_cycles: Number of consecutive failed cycles.
+        bad_cycles: Number of consecutive failed cycles; 0 where the tries of one exchange failed.
         reason: Error of the last one.
     """
 
@@ -273,7 +303,7 @@ class JointError(BioscaraError):
         super().__init__(message)
 
     def __str__(self) -> str:
-        return printable(f"{self.what}; {self.remedy}" if self.remedy else self.what)
+        return brief(f"{self.what}; {self.remedy}" if self.remedy else self.what)
 
 
 class NotHomedError(JointError):

@@ -99,7 +99,7 @@ class Slow(Bus):
         self._bus, self._arm, self._count = FirmwareBus(arm), arm, 0
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
-        if transactions[0].write[:1] == bytes((Register.TRACKLOAD,)):
+        if transactions[0].write[0] in (Register.TRACK, Register.TRACKLOAD):
             self._count += 1
             if self._count % 12 == 0:
                 self._arm.run(0.012)

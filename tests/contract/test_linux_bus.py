@@ -178,6 +178,14 @@ def test_a_bus_that_answers_at_all_is_not_stuck(bus: PreloadedBus) -> None:
     assert bus.shim("shim_opens") == 1
 
 
+def test_timeouts_of_one_address_alone_do_not_make_the_bus_stuck(bus: PreloadedBus) -> None:
+    bus.shim("shim_fail", errno.ETIMEDOUT, 2 * STUCK_AFTER)
+    for _ in range(2 * STUCK_AFTER):
+        assert kinds(bus.transfer(PING[:1])) == [BusTimeoutError]
+    assert bus.shim("shim_opens") == 1
+    assert kinds(bus.transfer(PING)) == [bytes] * ALL
+
+
 def test_a_stuck_adapter_that_vanishes_is_unavailable(bus: PreloadedBus) -> None:
     bus.shim("shim_fail", errno.ETIMEDOUT, ALL)
     bus.transfer(PING)

@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Error, Page, sync_playwright
 
 from dashboard.rig import Site, at_rest, command, launched, open_page, site
 from dashboard.test_files import csv, upload
@@ -52,7 +52,8 @@ class Hour:
     def __init__(self, page: Page, left: Site) -> None:
         self._page, self._left = page, left
         self._devtools = page.context.new_cdp_session(page)
-        self._sign = itertools.cycle((1, -1))
+        self._side = itertools.cycle((0, 1))
+        self._height = left.robot.pose.z
         self._acts = self._look, self._jog, self._go, self._preview
         self.rounds = 0
 
@@ -86,7 +87,9 @@ class Hour:
 
     def _jog(self) -> None:
         self._page.locator(".jog-pad").focus()
-        for key in ("ArrowLeft", "ArrowRight"):
+        keys = ["ArrowLeft", "ArrowRight"]
+        # Towards the middle first, so that the arm does not drift away.
+        for key in keys if self._left.robot.state.positions[0] < HALF[0] else reversed(keys):
             self._page.keyboard.down(key)
             self._page.wait_for_timeout(500)
             self._page.keyboard.up(key)
@@ -96,7 +99,7 @@ class Hour:
         self._tab("Run")
         go = self._page.get_by_role("region", name="Go to a pose")
         go.get_by_role("button", name="Fill in").click()
-        z = self._left.robot.pose.z + 0.008 * next(self._sign)
+        z = self._height + 0.008 * next(self._side)
         go.locator("#go-z").fill(f"{1000 * z:.1f}")
         go.get_by_role("button", name="Preview", exact=True).click()
         go.get_by_text("The plan takes").wait_for()
@@ -149,7 +152,10 @@ def main() -> int:
         browser = launched(playwright)
         page = open_page(browser.new_context(viewport={"width": 1440, "height": 900}), left)
         command(page)
-        found = [*grown(run(page, left)), *page.errors]  # type: ignore[attr-defined]
+        try:
+            found = [*grown(run(page, left)), *page.errors]  # type: ignore[attr-defined]
+        except Error as error:
+            found = [str(error), page.locator("body").aria_snapshot()]
         browser.close()
     print(*(found or ["nothing grew"]), sep="\n")  # noqa: T201
     return 1 if found else 0

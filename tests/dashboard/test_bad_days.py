@@ -177,7 +177,7 @@ def test_another_owner_under_the_page_is_commanded_only_after_asking_again(
             assert page.locator(".view-plan.dead").count() == 0
             os.kill(made.pid, signal.SIGKILL)
             wait_for_state(page, "gone")
-            words = ["1.0", *map(str, HALF)]
+            words = ["", "1.0", *map(str, HALF)]
             with running(PROGRAM, *words, env=environment()) as owner:
                 wait_for_line(owner, "served")
                 wait_for_state(page, "no-lease")

@@ -1,4 +1,4 @@
-"""The console stays clean: what a person gets wrong is answered on the page."""
+"""The console stays clean: wrong inputs are answered on the page."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ STOPS: dict[str, Callable[[Page, Site], None]] = {
     "Settings": settings,
     "Simulation": plain,
 }
-"""What is done wrong in each tab."""
+"""The wrong inputs of each tab."""
 
 
 def test_wrong_inputs_in_each_tab_leave_the_console_clean(

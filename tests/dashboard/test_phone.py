@@ -158,3 +158,67 @@ def test_the_view_is_loaded_only_when_it_is_asked_for(browser: Browser, left: Si
     assert any(url.endswith(heavy[0]) for url in asked)
     assert page.errors == []  # type: ignore[attr-defined]
     context.close()
+
+
+def test_a_preview_opens_the_view_with_its_buttons_in_sight(page: Page, left: Site) -> None:
+    page.get_by_role("tab", name="Run").tap()
+    go = page.get_by_role("region", name="Go to a pose")
+    go.get_by_role("button", name="Fill in").tap()
+    go.locator("#go-z").fill(f"{1000 * left.robot.pose.z + 8:.1f}")
+    go.get_by_role("button", name="Preview", exact=True).tap()
+    expect(page.get_by_role("tab", name="View")).to_have_attribute("aria-selected", "true")
+    execute = page.locator(".view-plan").get_by_role("button", name="Execute")
+    expect(execute).to_be_in_viewport()
+    stop = page.locator("#stop-button").bounding_box()
+    assert stop is not None
+
+    def above_stop() -> bool:
+        box = execute.bounding_box()
+        return box is not None and box["y"] + box["height"] < stop["y"]
+
+    wait_until(above_stop, "STOP does not cover it")
+    page.get_by_role("button", name="Discard").tap()
+    page.get_by_role("tab", name="Jog").tap()
+
+
+SPY = """() => {
+    const { request } = WakeLock.prototype;
+    window.locks = [];
+    WakeLock.prototype.request = async function (kind) {
+        const lock = await request.call(this, kind);
+        locks.push(lock);
+        return lock;
+    };
+}"""
+LOCKED = "() => locks.filter((lock) => !lock.released).length"
+
+
+def test_the_screen_stays_on_during_a_jog_which_ends_where_it_goes_off(
+    page: Page, left: Site
+) -> None:
+    page.evaluate(SPY)
+    option(page, "J1").tap()
+    sign = 1 if left.robot.state.positions[0] < 0.3 else -1
+    box = page.locator(f".jog-row.chosen [data-sign='{sign}']").bounding_box()
+    assert box is not None
+    point = {"x": box["x"] + 20, "y": box["y"] + 20, "id": 1}
+    devtools = page.context.new_cdp_session(page)
+    try:
+        for lost in (False, True):
+            pressed(
+                left,
+                lambda: touch(devtools, "touchStart", point),
+                lambda: touch(devtools, "touchEnd"),
+            )
+            wait_until(lambda: page.evaluate(LOCKED) == 1, "the screen is kept on")
+            if lost:
+                # As the browser does where the battery is low or the page is covered.
+                ends(left, lambda: page.evaluate("locks.at(-1).release()"))
+                assert "the screen went off" in page.locator(".jog-status").inner_text()
+                touch(devtools, "touchEnd")
+            else:
+                ends(left, lambda: touch(devtools, "touchEnd"))
+            wait_until(lambda: page.evaluate(LOCKED) == 0, "the screen may go off again")
+    finally:
+        devtools.detach()
+    stays(left.robot)

@@ -67,6 +67,34 @@ def test_the_arm_goes_to_a_pose_that_is_typed_in_after_a_preview(page: Page, lef
     go.get_by_role("button", name="Fill in").click()
 
 
+MOUNTED = """async (age) => {
+    Object.defineProperty(bioscara.arm, "arrival", {
+        get: () => performance.now() - age, set() {}, configurable: true,
+    });
+    const { goToCard } = await import("/js/run/go_to.js");
+    window.made = goToCard(bioscara);
+    const { cycle } = bioscara.arm.sample;
+    const pause = () => new Promise((done) => setTimeout(done, 20));
+    while (bioscara.arm.sample.cycle < cycle + 20) await pause();
+}"""
+"""Builds the part in a page whose values are as old as given [ms], and waits for further ones."""
+
+
+def test_the_fields_of_a_pose_are_filled_in_once_by_values_that_are_not_old(page: Page) -> None:
+    page.evaluate("document.getElementById('messages').replaceChildren()")
+    try:
+        page.evaluate(MOUNTED, 500)
+        # The page fills them in unasked: without values it is silent.
+        assert page.locator("#messages").inner_text() == ""
+    finally:
+        page.evaluate(
+            "() => { delete bioscara.arm.arrival; bioscara.arm.arrival = performance.now(); }"
+        )
+    wait_until(
+        lambda: page.evaluate("made.querySelector('#go-x').value") != "", "the fields are filled"
+    )
+
+
 def test_a_named_pose_is_reached_and_cancelled(page: Page, left: Site) -> None:
     named = part(page, "Named poses")
     moves(left.robot, lambda: named.get_by_role("button", name="Go", exact=True).click())

@@ -265,7 +265,7 @@ def test_a_frame_is_taught_by_two_points_shown_before_it_is_saved(panel: Page, l
     saved = left.robot.frame("bench")
     assert saved.pose_frame_in_base == pytest.approx(expected.pose_frame_in_base, abs=1e-3)
 
-    # What is copied makes the same frame.
+    # The code that is copied makes the same frame.
     code = save.evaluate("(button) => button.nextElementSibling.python()")
     assert code.splitlines()[-1].startswith(
         'robot.table = robot.table.with_frame(Frame.from_points("bench", Pose('

@@ -8,7 +8,16 @@ import random
 
 import pytest
 
-from bioscara.protocol import READ, Capability, Fault, Flags, JointState, Register, ResetCause
+from bioscara.protocol import (
+    READ,
+    WRITE,
+    Capability,
+    Fault,
+    Flags,
+    JointState,
+    Register,
+    ResetCause,
+)
 from bioscara.protocol.registers import MAGIC, PROTOCOL
 from emulator.board import BOOT_MOST, HOLD_MOST, IMAGES, STACK_MOST, Board
 from emulator.clock import RAM_SIZE
@@ -113,6 +122,26 @@ def test_track_follows_and_its_silence_stops_the_joint(board: Board) -> None:
     before = board.position()
     board.run(0.1)
     assert board.position() == pytest.approx(before, abs=1e-4)
+    assert not board.machine.violations
+
+
+def test_the_answer_to_trackload_has_the_load_that_state_has(board: Board) -> None:
+    board.ready()
+    end = _follow(board, 0.2, board.read(Register.STATE)[0], 30.0)
+    loads = []
+    for _ in range(10):
+        end += 30.0 * 6.0 * 0.02
+        answer, result = board.exchange(WRITE[Register.TRACKLOAD], end, 30.0)
+        position, rpm, load = answer.values
+        state = board.read(Register.STATE)
+        assert load == pytest.approx(state[3], abs=3)
+        assert (position, rpm) == pytest.approx(state[:2], abs=2.0)
+        assert result.held <= HOLD_MOST
+        loads.append(load)
+        board.run(0.02)
+    assert 0 < max(loads) < 100
+    assert board.state() is JointState.TRACKING
+    assert board.fault() is Fault.NONE
     assert not board.machine.violations
 
 

@@ -26,6 +26,7 @@ from simulated import NEAR
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
+TRACKED = (Register.TRACK, Register.TRACKLOAD)
 BY_ADDRESS = {joint.address: joint for joint in ARM.joints}
 CENTRE = (-0.5, 0.3, 0.5, 0.5)
 FIRST = int(os.environ.get("BIOSCARA_FUZZ_FIRST", "0"))
@@ -62,7 +63,7 @@ class Tap(Bus):
     def _judge(self, transaction: Transaction) -> None:
         joint, frame, now = BY_ADDRESS[transaction.address], transaction.write, self._arm.now()
         code = frame[0]
-        if code in (Register.TRACKLOAD, Register.MOVETOANGLE):
+        if code in (*TRACKED, Register.MOVETOANGLE):
             (degrees,) = struct.unpack_from("<f", frame, 1)
             position = math.radians(degrees) / joint.reduction
             before = self.last.get(joint.address)
@@ -77,7 +78,7 @@ class Tap(Bus):
                         f"{joint.name} at {now:.3f}: step of {position - before[1]:.4f} in "
                         f"{elapsed:.4f} s"
                     )
-            if code == Register.TRACKLOAD:
+            if code in TRACKED:
                 (rpm,) = struct.unpack_from("<h", frame, 5)
                 speed = rpm * 0.1 * math.pi / 30.0 / joint.reduction
                 if abs(speed) > joint.max_velocity * 1.02:

@@ -8,7 +8,7 @@ from typing import Any
 from bioscara import errors
 from bioscara.api.messages import FailureValue
 from bioscara.errors import BioscaraError, OwnerError
-from bioscara.printing import printable
+from bioscara.printing import brief, shortened
 
 _SIMPLE = (str, int, float, bool, type(None))
 _SMALLEST, _LARGEST = -(1 << 63), (1 << 64) - 1
@@ -35,8 +35,8 @@ def failure_of(error: BaseException) -> FailureValue:
         data = {"errno": error.errno, "strerror": error.strerror, "filename": None}
         if isinstance(error.filename, str):
             data["filename"] = _simple(error.filename)
-        return FailureValue("OSError", BioscaraError.code, printable(str(error)), data)
-    return FailureValue(name, BioscaraError.code, printable(str(error)))
+        return FailureValue("OSError", BioscaraError.code, brief(str(error)), data)
+    return FailureValue(name, BioscaraError.code, brief(str(error)))
 
 
 def error_of(failure: FailureValue) -> Exception:
@@ -70,8 +70,9 @@ def _simple(value: object) -> Any:
         fields = {key: getattr(inner, key) for key in inner.__struct_fields__}
         return {_FAILURE: fields}
     if isinstance(value, str):
-        # The name of a file may have bytes that are no Unicode, which cannot be sent.
-        return value.encode(errors="backslashreplace").decode()
+        # The name of a file may have bytes that are no Unicode, which cannot be sent; and events
+        # and goals are kept, so a name of any length is shortened.
+        return shortened(value).encode(errors="backslashreplace").decode()
     if isinstance(value, int) and not _SMALLEST <= value <= _LARGEST:
         return math.inf if value > 0 else -math.inf
     return value

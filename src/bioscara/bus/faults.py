@@ -39,7 +39,7 @@ class FaultyBus(Bus):
     Args:
         bus: The bus that carries the remaining transactions; closed with this one.
         seed: Seed of all random numbers.
-        clock: Clock of :meth:`slow`; needed for that only.
+        clock: Clock of :meth:`slow` and of a ``timeout``; needed for these only.
     """
 
     def __init__(self, bus: Bus, seed: int, clock: Clock | None = None) -> None:
@@ -92,16 +92,27 @@ class FaultyBus(Bus):
 
         return self._inject(effect, when)
 
-    def stuck(self, when: When = ALWAYS, *, recognised: bool = True) -> Injection:
+    def stuck(
+        self, when: When = ALWAYS, *, recognised: bool = True, timeout: float = 0.0
+    ) -> Injection:
         """Inject: nothing is delivered because a line is held low.
 
         Args:
             when: Transactions that it hits.
             recognised: Whether the bus reports it (BusStuckError) or only timeouts.
+            timeout: Time that each transaction takes [s].
+
+        Raises:
+            InvalidArgumentError: They take time, and the bus was made without a clock.
         """
         kind = BusStuckError if recognised else BusTimeoutError
+        clock = self._clock
+        if timeout and clock is None:
+            raise InvalidArgumentError("a timeout needs a clock: FaultyBus(bus, seed, clock)")
 
         def effect(transaction: Transaction, _: Carry) -> Result:
+            if timeout and clock is not None:
+                clock.sleep_until(clock.now() + timeout)
             return kind("injected fault: a line is held low", transaction.address)
 
         return self._inject(effect, when)

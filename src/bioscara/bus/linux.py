@@ -44,7 +44,8 @@ TIMEOUT_STEP = 0.010
 """Resolution of an adapter's timeout in the kernel [s], and thus its minimum."""
 
 STUCK_AFTER = 4
-"""Timeouts in a row, with no other outcome between them, after which the bus counts as stuck."""
+"""Timeouts in a row, of more than one address and with no other outcome between them, after which
+the bus counts as stuck."""
 
 _SHAPES_MAX = 1024
 """Number of cached shapes of transactions: some hundred times those of a run."""
@@ -108,10 +109,11 @@ class LinuxBusStatistics(NamedTuple):
 class LinuxBus(Bus):
     """An I2C adapter of this machine.
 
-    A stuck bus is one on which :data:`STUCK_AFTER` transactions in a row timed out. From then on
-    each transfer re-opens the adapter and tries one transaction. If that times out too, all are
-    answered with :class:`~bioscara.errors.BusStuckError`, so a transfer on a stuck bus takes one
-    adapter timeout, not one per joint. Any other outcome ends the condition.
+    A stuck bus is one on which :data:`STUCK_AFTER` transactions in a row, of more than one address,
+    timed out: one joint that is too slow is not a line that is held low. From then on each transfer
+    re-opens the adapter and tries one transaction. If that times out too, all are answered with
+    :class:`~bioscara.errors.BusStuckError`, so a transfer on a stuck bus takes one adapter timeout,
+    not one per joint. Any other outcome ends the condition.
 
     For one thread at a time, and one program: the first transfer opens the adapter, and no other
     bus of this kind can open it until it is closed.
@@ -137,7 +139,8 @@ class LinuxBus(Bus):
         self._closed = False
         self._gone = False
         self._exchanges: dict[tuple[int, int, int], _Exchange] = {}
-        self._streak = 0
+        self._streak = self._reopened = 0
+        self._timed_out: set[int] = set()
         self._stuck = False
         self._no_acknowledges = self._timeouts = self._other_errors = self._recoveries = 0
 
@@ -202,10 +205,12 @@ class LinuxBus(Bus):
                 alive = True
                 results.append(bytes(exchange.back))
         if alive:
-            self._streak = 0
+            self._streak = self._reopened = 0
+            self._timed_out.clear()
         else:
             self._streak += len(results)
-            self._stuck = self._streak >= STUCK_AFTER
+            self._timed_out.update(transaction[0] for transaction in transactions)
+            self._stuck = self._streak >= STUCK_AFTER and len(self._timed_out) > 1
         if self._gone:
             self._gone = False
             self._release()
@@ -226,6 +231,7 @@ class LinuxBus(Bus):
         self, transactions: Sequence[Transaction], prepared: list[_Exchange]
     ) -> list[bytes | CommunicationError]:
         self._recoveries += 1
+        self._reopened += 1
         self._release()
         self._open()
         self._stuck = False
@@ -237,10 +243,18 @@ class LinuxBus(Bus):
             return results + self._carry_out(transactions[1:], prepared[1:])
         text = (
             f"{self._path}: {self._streak} transactions in a row timed out and re-opening the "
-            f"adapter {self._recoveries} times did not help; a joint or a short holds a line low: "
-            f"switch the joints off and on, one by one if that does not free it"
+            f"adapter {self._reopened} times did not help; a joint or a short holds a line low"
         )
-        return [BusStuckError(text, transaction[0]) for transaction in transactions]
+        return [
+            BusStuckError(
+                text,
+                transaction[0],
+                remedy=BusStuckError.REMEDY,
+                transactions=self._streak,
+                reopened=self._reopened,
+            )
+            for transaction in transactions
+        ]
 
     def _prepare(self, transactions: Sequence[Transaction]) -> list[_Exchange]:
         if len(self._exchanges) > _SHAPES_MAX:

@@ -17,6 +17,8 @@ from bioscara.drivers.joint.sample import JointSample as JointSample
 from bioscara.drivers.joint.sample import Quality as Quality
 from bioscara.drivers.joint.sample import Setpoint as Setpoint
 from bioscara.drivers.joint.transmission import Transmission as Transmission
+from bioscara.drivers.link.handshake import acknowledges as acknowledges
 from bioscara.drivers.link.handshake import await_power_up as await_power_up
 from bioscara.drivers.link.joint_reports import FaultReport as FaultReport
 from bioscara.drivers.link.joint_reports import Hello as Hello
+from bioscara.drivers.link.line import line_of as line_of

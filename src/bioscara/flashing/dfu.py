@@ -8,6 +8,7 @@ well.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -62,6 +63,7 @@ class Dfu(Programmer):
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._serial = ""
+        self._beside_closed = False
 
     def list_boards(self) -> list[Board]:
         """Return the devices that are in the bootloader now.
@@ -76,7 +78,7 @@ class Dfu(Programmer):
 
     def wait(self) -> None:
         """Wait until a board appears; :meth:`connect` raises if none did."""
-        self._wait_until(present=True)
+        self._wait_until(self._is_connected)
 
     def connect(self, serial: str) -> str:
         """Find the board in its bootloader; as :meth:`Programmer.connect`."""
@@ -109,13 +111,13 @@ class Dfu(Programmer):
                 f"the device in its bootloader, {board.serial}, has {board.flash_size // 1024} KiB "
                 f"of flash; a uStepper S32 has {FLASH_SIZE // 1024}: this is another board"
             )
-        self._serial = board.serial
+        self._serial, self._beside_closed = board.serial, closed is not None
         return f"board in its USB bootloader, serial number {board.serial}"
 
     def start(self) -> bool:
         """Leave the bootloader; the board may disconnect before dfu-util gets its answer."""
         run(self.program, *self._board(), "-s", f"{FLASH:#010x}:leave")
-        return self._wait_until(present=False)
+        return self._wait_until(self._has_left)
 
     def _scan(self) -> Boards:
         result = run(self.program, *_DEVICE, "-l")
@@ -146,17 +148,28 @@ class Dfu(Programmer):
     def _board(self) -> tuple[str, ...]:
         return (*_DEVICE, "-S", self._serial, "-a", "0")
 
-    def _wait_until(self, *, present: bool) -> bool:
+    def _wait_until(self, condition: Callable[[], bool]) -> bool:
+        """Return whether a condition was met in time."""
         end = self._clock.now() + _PATIENCE
-        while True:
-            try:
-                there = bool(self.list_boards())
-            except FlashError:
-                # Before udev set the permissions of the new device, or while it disconnects.
-                there = not present
-            if there == present or self._clock.now() >= end:
-                return there == present
+        while not (met := condition()) and self._clock.now() < end:
             self._clock.sleep_until(self._clock.now() + _PAUSE)
+        return met
+
+    def _is_connected(self) -> bool:
+        try:
+            return bool(self.list_boards())
+        except FlashError:
+            return False  # Before udev has set the permissions of the new device.
+
+    def _has_left(self) -> bool:
+        """Return whether the board of :meth:`connect` is gone; others may stay."""
+        try:
+            found, closed = self._scan()
+        except FlashError:
+            return False
+        # One that cannot be opened may be the board while it disconnects.
+        known = closed is None or self._beside_closed
+        return known and self._serial not in {each.serial for each in found}
 
 
 def _flash_size(name: str) -> int:

@@ -11,9 +11,16 @@ from math import isnan
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, await_power_up
-from bioscara.errors import BioscaraError, HardwareError, HomingError
+from bioscara.errors import (
+    BioscaraError,
+    BusStuckError,
+    HardwareError,
+    HomingError,
+    NoAcknowledgeError,
+)
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.bus_budget import Capacity, load_reporters
+from bioscara.hardware.bus_watch import BusWatch
 from bioscara.hardware.command_modes import MOTION, Mode
 from bioscara.hardware.component import HardwareComponent, LifecycleState
 from bioscara.hardware.cyclic_io import ArmExchange
@@ -39,7 +46,8 @@ class ArmHardware(HardwareComponent):
     """All joints of one bus.
 
     A joint that fails alone is left out and reported in ``problems``: the others must still be
-    brought to rest together. Only when no joint can be reached does ``read`` or ``write`` raise.
+    brought to rest together. Only when no joint can be reached does ``read`` or ``write`` raise. A
+    stuck bus is one problem of all joints: none is asked any more until they are identified again.
 
     Args:
         name: Name of the component.
@@ -50,6 +58,7 @@ class ArmHardware(HardwareComponent):
     Attributes:
         axes: The joints with their handles.
         capacity: Capacity of its bus; None if no mode is refused because of it.
+        freed_by: Joints whose restart freed a stuck bus before it was configured, if that is known.
     """
 
     def __init__(
@@ -64,8 +73,10 @@ class ArmHardware(HardwareComponent):
                 self.states[state.name] = state
             for command in (axis.position_command, axis.velocity_command, axis.home_command):
                 self.commands[command.name] = command
-        self._exchange = ArmExchange(clock, self.problems)
+        self._watch = BusWatch(bus, clock, self.axes)
+        self._exchange = ArmExchange(clock, self.axes, self._watch, self.problems)
         self.capacity: Capacity | None = None
+        self.freed_by: tuple[str, ...] = ()
         self._late: list[BioscaraError] = []
         self._written = -math.inf
 
@@ -103,6 +114,9 @@ class ArmHardware(HardwareComponent):
         is sent for a second first, and a warning is logged.
         """
         self._late.clear()
+        self.freed_by = ()
+        for axis in self.axes:
+            axis.halted, axis.mode = None, Mode.NONE
         try:
             await_power_up(
                 self._bus,
@@ -112,16 +126,27 @@ class ArmHardware(HardwareComponent):
             )
             for axis in self.axes:
                 axis.joint.init()
-                axis.halted, axis.mode = None, Mode.NONE
+        except BioscaraError as error:
+            cause = self._why_not_configured(error)
+            self.on_cleanup()
+            if cause is error:
+                raise
+            raise cause from error
         except BaseException:
             self.on_cleanup()
             raise
+        if self._exchange.stuck is not None:
+            self._exchange.stuck = None
+            self.freed_by = tuple(self._watch.restarted())
 
     def on_activate(self) -> None:
         """Enable every joint at its present position; if one fails, all are released."""
         try:
             for axis in self.axes:
-                axis.joint.enable()
+                try:
+                    axis.joint.enable()
+                except BioscaraError as error:
+                    raise self._cause(axis, error) from error
                 axis.halted, axis.mode = None, Mode.NONE
             self._exchange.enabled = True
             self._exchange.request_states(self.axes)
@@ -177,6 +202,9 @@ class ArmHardware(HardwareComponent):
             HardwareError: Some may still be energised; names them.
         """
         problems = stop_and_disable(self.joints)
+        if problems and (stuck := self._watch.stuck(lost=True)):
+            names = ", ".join(axis.name for axis in self.axes)
+            raise HardwareError(f"{names} may be moving or energised: {stuck}", self.name)
         if problems:
             raise HardwareError("; ".join(problems), self.name)
 
@@ -192,7 +220,9 @@ class ArmHardware(HardwareComponent):
                 if axis.joint.get_flags() & flags:
                     found.append(axis.why_halted())
             except BioscaraError as error:
-                found.append(error)
+                found.append(self._cause(axis, error))
+                if self._exchange.stuck is not None:
+                    break
         return found
 
     def clear_faults(self) -> None:
@@ -209,6 +239,8 @@ class ArmHardware(HardwareComponent):
         """Read the state of every joint that did not report it in the last write."""
         self.problems[:], self._late[:] = self._late, ()
         self.bus_time = 0.0
+        if self._exchange.stuck is not None:
+            return
         # A joint that received nothing for so long may have stopped autonomously.
         old = time - self._written > min(2.0 * period, SILENCE)
         unanswered = [
@@ -223,7 +255,7 @@ class ArmHardware(HardwareComponent):
             axis.answered = False
             axis.publish()
             reachable = reachable or not axis.unreachable
-        if not reachable:
+        if not reachable and self._exchange.stuck is None:
             raise HardwareError(
                 f"{self.name}: no joint can be reached; first: {self.axes[0].halted}", self.name
             )
@@ -287,12 +319,13 @@ class ArmHardware(HardwareComponent):
                     axis.joint.stop()
                     axis.homing.running = False
                 except BioscaraError as error:
-                    if axis.homing.running:
-                        self._late.append(error)
+                    cause = self._cause(axis, error)
+                    if axis.homing.running or isinstance(cause, BusStuckError):
+                        self._late.append(cause)
                     else:
                         axis.mark_missed(error)
                         if axis.halt(error):
-                            self._late.append(error)
+                            self._late.append(cause)
         self._ask_loads()
 
     def _ask_loads(self) -> None:
@@ -323,6 +356,30 @@ class ArmHardware(HardwareComponent):
                 check_homing(self.name, self.axes, axis)
                 homing.start(command.value)
         except BioscaraError as error:
+            cause = self._cause(axis, error)
             # With a command of 0 the stop is sent in every cycle until it is received.
-            command.value, command.problem = 0.0, error
-            self.problems.append(error)
+            command.value, command.problem = 0.0, cause
+            self.problems.append(cause)
+
+    def _why_not_configured(self, error: BioscaraError) -> BioscaraError:
+        """Return why the joints cannot be identified; names those that held a line low."""
+        cause = self._watch.cause(error)
+        if self._exchange.stuck is None or not isinstance(cause, NoAcknowledgeError):
+            return cause
+        silent = self._watch.silent()
+        if not silent:
+            return cause
+        one = len(silent) == 1
+        return NoAcknowledgeError(
+            f"{cause}; without {', '.join(silent)} the bus works again: "
+            f"{'this joint' if one else 'one of these joints'} or its cable holds a line low; "
+            "repair that, then connect it again",
+            cause.address,
+        )
+
+    def _cause(self, axis: Axis, error: BioscaraError) -> BioscaraError:
+        """Return what the failure of an exchange with one joint shows; a stuck bus halts all."""
+        cause = self._exchange.stuck or self._watch.cause(error, axis.name)
+        if isinstance(cause, BusStuckError) and self._exchange.stuck is None:
+            self._exchange.give_up(cause)
+        return cause

@@ -7,7 +7,13 @@ import math
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint
 from bioscara.drivers.joint.sample import UNKNOWN
-from bioscara.errors import BioscaraError, JointError, JointLostError, JointResetError
+from bioscara.errors import (
+    BioscaraError,
+    BusStuckError,
+    JointError,
+    JointLostError,
+    JointResetError,
+)
 from bioscara.hardware.command_modes import MOTION, Mode
 from bioscara.hardware.homing import Homing
 from bioscara.hardware.interfaces import (
@@ -93,7 +99,7 @@ class Axis:
     def unreachable(self) -> bool:
         """Whether the joint cannot be reached until it is initialised again."""
         halted = self.halted
-        lost = halted is not None and isinstance(halted, JointLostError)
+        lost = halted is not None and isinstance(halted, JointLostError | BusStuckError)
         return lost or self.joint.session.version == 0
 
     def why_halted(self) -> BioscaraError:
@@ -115,7 +121,7 @@ class Axis:
             return False
         self.halted = reason
         # A lost joint stops autonomously, one of version 1 may not: it is stopped once reachable.
-        lost = isinstance(reason, JointLostError) and self.joint.version == 1
+        lost = isinstance(reason, JointLostError | BusStuckError) and self.joint.version == 1
         self.homing.running = self.homing.running and lost
         if self.mode is Mode.HOME:
             self.home_command.value, self.home_command.problem = 0.0, reason

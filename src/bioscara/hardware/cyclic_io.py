@@ -7,27 +7,48 @@ from collections.abc import Sequence
 from bioscara.clock import Clock
 from bioscara.drivers import JointSample, drive, read_states, track
 from bioscara.drivers.joint.cyclic import Outcome
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, BusStuckError, JointLostError
 from bioscara.hardware.axis import HALTED, Axis
+from bioscara.hardware.bus_watch import BusWatch
 from bioscara.hardware.command_modes import Mode
 
 
 class ArmExchange:
     """Requests and commands of an arm to its joints, each for several of them in one bus call.
 
-    A joint that cannot continue is halted and reported; the others are not affected.
+    A joint that cannot continue is halted and reported; the others are not affected. A stuck bus
+    halts all of them and is reported once; nothing is exchanged while ``stuck`` is set.
 
     Args:
         clock: Time of the bus.
-        problems: List to which the joints' errors are added.
+        axes: All joints of the arm.
+        watch: Tells a stuck bus from joints that are lost.
+        problems: List to which the errors are added.
 
     Attributes:
         enabled: Whether the joints should be enabled: one that is not has a problem.
+        stuck: The stuck bus that was found; None while it works.
     """
 
-    def __init__(self, clock: Clock, problems: list[BioscaraError]) -> None:
-        self._clock, self._problems = clock, problems
+    def __init__(
+        self,
+        clock: Clock,
+        axes: Sequence[Axis],
+        watch: BusWatch,
+        problems: list[BioscaraError],
+    ) -> None:
+        self._clock, self._axes, self._watch, self._problems = clock, axes, watch, problems
+        self._line = watch.line
         self.enabled = False
+        self.stuck: BusStuckError | None = None
+
+    def give_up(self, stuck: BusStuckError) -> None:
+        """Halt all joints because the bus is stuck; they get nothing and stop autonomously."""
+        self.stuck = stuck
+        self._watch.remember_boots()
+        for axis in self._axes:
+            axis.halt(stuck)
+            axis.forget()
 
     def request_states(self, axes: Sequence[Axis]) -> None:
         """Request the state of joints."""
@@ -54,6 +75,8 @@ class ArmExchange:
         """Send joints their velocities; they answer only with their flags."""
         velocities = [axis.velocity_command.value for axis in axes]
         outcomes = drive([axis.joint for axis in axes], velocities, retry=True)
+        if self._line.in_a_row and self._is_stuck(outcomes):
+            return
         for axis, outcome in zip(axes, outcomes, strict=True):
             if isinstance(outcome, BioscaraError):
                 axis.mark_missed(outcome)
@@ -69,6 +92,8 @@ class ArmExchange:
         cycle_start: float | None = None,
     ) -> None:
         """Store the joints' answers; ``cycle_start`` is given if they answer to setpoints."""
+        if self._line.in_a_row and self._is_stuck(outcomes):
+            return
         # One bus call carries all frames, one after the other and all of the same length.
         share = (self._clock.now() - start) / len(axes)
         stamp = start
@@ -91,6 +116,16 @@ class ArmExchange:
         """Halt a joint that does not follow; one that is to home is enabled by homing."""
         if self.enabled and axis.halted is None and axis.mode is not Mode.HOME:
             self._halt(axis, axis.why_halted())
+
+    def _is_stuck(self, outcomes: Sequence[Outcome]) -> bool:
+        """Return whether these outcomes of a cycle show a stuck bus, and report it if so."""
+        lost = any(isinstance(outcome, JointLostError) for outcome in outcomes)
+        stuck = self._watch.stuck(lost=lost)
+        if stuck is None:
+            return False
+        self.give_up(stuck)
+        self._problems.append(stuck)
+        return True
 
     def _halt(self, axis: Axis, reason: BioscaraError) -> None:
         if axis.halt(reason):

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
-from bioscara.protocol.crc import crc8, crc8_of_8, crc8_of_9
+from bioscara.protocol.crc import crc8, crc8_of_8, crc8_of_10
 from bioscara.protocol.enums import Flags, Register
 from bioscara.protocol.registers import REGISTERS, VELOCITY_STEP_RPM
 from bioscara.protocol.rows import Access, Definition, Field, Kind
@@ -257,9 +257,10 @@ class _TrackLoad(_Track):
     def decode_v2(self, address: int, sequence: int, answer: bytes) -> Answer:
         """Return the decoded answer; as :meth:`Message.decode_v2`."""
         if len(answer) == self.sealed_answer_size:
-            position, velocity, load, flags, echo, check = self._sealed_answer.unpack(answer)
+            position, velocity, load, flags, echo, _ = self._sealed_answer.unpack(answer)
             if (
-                check == crc8_of_9(answer, _SEED[address << 1 | 1])
+                # Of a frame with its check byte it is zero.
+                crc8_of_10(answer, _SEED[address << 1 | 1]) == 0
                 and echo == sequence
                 and position - position == 0.0
             ):

@@ -44,6 +44,7 @@ def _pair_table() -> bytes:
 
 _PAIRS = _pair_table()
 _FOUR_PAIRS = struct.Struct("<4H").unpack_from
+_FIVE_PAIRS = struct.Struct("<5H").unpack_from
 
 
 def crc8_of_8(data: bytes, crc: int) -> int:
@@ -58,10 +59,9 @@ def crc8_of_8(data: bytes, crc: int) -> int:
     return check
 
 
-def crc8_of_9(data: bytes, crc: int) -> int:
-    """Return the CRC-8 of the first nine bytes of ``data``, likewise.
-
-    >>> crc8_of_9(b"123456789", 0) == crc8(b"123456789")
-    True
-    """
-    return _TABLE[crc8_of_8(data, crc) ^ data[8]]
+def crc8_of_10(data: bytes, crc: int) -> int:
+    """Return the CRC-8 of the first ten bytes of ``data``, likewise."""
+    pairs = _PAIRS
+    first, second, third, fourth, fifth = _FIVE_PAIRS(data)
+    check: int = pairs[pairs[pairs[pairs[pairs[crc ^ first] ^ second] ^ third] ^ fourth] ^ fifth]
+    return check

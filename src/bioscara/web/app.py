@@ -22,22 +22,16 @@ from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.owner.queries import OwnerQueries
 from bioscara.web.owner.served_arms import ServedArm, ServedArms, StoppedArm
-from bioscara.web.routes import (
-    arms,
+from bioscara.web.routes import arms, http, openapi, page, questions, session, websocket
+from bioscara.web.routes.dashboard import (
     clearance,
-    http,
     model,
-    openapi,
-    page,
     parameters,
-    questions,
     recordings,
     sequences,
-    session,
     trajectories,
-    websocket,
 )
-from bioscara.web.routes.work import Work
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.settings import WebSettings
 
 PUBLIC = frozenset({*page.ASSETS, "/healthz", "/session"})

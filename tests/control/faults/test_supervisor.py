@@ -9,10 +9,14 @@ import pytest
 from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
+    BusTimeoutError,
+    CommunicationError,
     ControllerError,
+    CorruptFrameError,
     FaultedError,
     FollowingError,
     HardwareError,
+    HomingError,
     JointFaultError,
     JointLostError,
     NoAcknowledgeError,
@@ -244,6 +248,41 @@ def test_a_power_loss_after_another_fault_is_named_and_releases_the_arm() -> Non
     kinds = [fault.kind for fault in world.supervisor.faults]
     assert kinds[:2] == [FaultKind.CONTROLLER_FAILED, FaultKind.POWER_LOST]
     assert world.hardware.state is not LifecycleState.ACTIVE
+
+
+@pytest.mark.parametrize(
+    ("reason", "kind"),
+    [
+        (NoAcknowledgeError("x", 0x11), FaultKind.POWER_LOST),
+        (BusTimeoutError("x", 0x11), FaultKind.JOINT_LOST),
+        (CorruptFrameError("x", 0x11), FaultKind.JOINT_LOST),
+    ],
+)
+def test_only_joints_that_do_not_acknowledge_have_lost_their_power(
+    reason: CommunicationError, kind: FaultKind
+) -> None:
+    world = moving()
+    for name in NAMES:
+        error = JointLostError("x", 0x11, name, 3, reason)
+        world.supervisor.fault(error, name, world.clock.now())
+    assert world.supervisor.faults[0].kind is kind
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind"),
+    [
+        ("DRIVER", FaultKind.JOINT_FAULT),
+        ("ENCODER", FaultKind.JOINT_FAULT),
+        ("OVERTEMPERATURE", FaultKind.OVERTEMPERATURE),
+        ("SETPOINT_LOST", FaultKind.SETPOINT_LOST),
+        ("HOMING_TRAVEL", FaultKind.HOMING_FAILED),
+        ("STALL", FaultKind.HOMING_FAILED),
+    ],
+)
+def test_what_ends_homing_is_a_fault_of_homing_only_where_the_path_may_be_blocked(
+    fault: str, kind: FaultKind
+) -> None:
+    assert classify(HomingError("x", "j1", fault)) is kind
 
 
 def test_a_lost_joint_without_commands_does_not_let_the_others_fall() -> None:

@@ -12,6 +12,7 @@ from bioscara.control.controllers.joint_trajectory import PreparedGoal
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.remote.link import OwnerLink
 from bioscara.robot.operations.operation import Status
+from bioscara.server.clients import events
 from bioscara.server.tasks import goals
 from bioscara.sim import FirmwareBus
 from served import HALF, NAME, arm_served, eventually
@@ -96,3 +97,29 @@ def test_old_goals_that_followed_a_clients_trajectory_do_not_keep_it(
         gc.collect()
         # Of the client's last requests and the last goal.
         assert sum(isinstance(each, m.Follow) for each in gc.get_objects()) <= 2
+
+
+def test_a_fault_leaves_only_what_events_and_goals_keep_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Rings that are full after some faults.
+    monkeypatch.setattr(goals, "KEPT", 10)
+    monkeypatch.setattr(events, "KEPT", 50)
+    with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
+        bus = served.robot.arm.session.bus
+        assert isinstance(bus, FirmwareBus)
+
+        def objects_after(faults: int) -> int:
+            for _ in range(faults):
+                robot.enable()
+                bus.arm.overheat("j3")
+                eventually(lambda: robot.faults)
+                bus.arm.overheat("j3", False)
+                robot.acknowledge()
+                robot.recover()
+            gc.collect()
+            return len(gc.get_objects())
+
+        before = objects_after(20)
+        # Unbounded, they were about 100 for each fault.
+        assert objects_after(20) - before < 20 * 10

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import TextIO
 
-from bioscara.printing import printable
+from bioscara.printing import brief, printable
 
 
 class ExitStatus(IntEnum):
@@ -61,7 +61,7 @@ class Output:
 def complain(message: str) -> None:
     """Write one line to standard error."""
     with contextlib.suppress(OSError):
-        text = "bioscara: " + printable(" ".join(message.split()))
+        text = "bioscara: " + brief(" ".join(message.split()))
         print(coloured(text, sys.stderr), file=sys.stderr)  # noqa: T201
 
 

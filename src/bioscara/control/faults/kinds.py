@@ -18,6 +18,7 @@ from bioscara.errors import (
     JointFaultError,
     JointLostError,
     JointResetError,
+    NoAcknowledgeError,
     NotEnabledError,
     OverrunError,
     RefusedError,
@@ -43,7 +44,7 @@ class FaultKind(Enum):
     """Kind of a fault; the value is its stop and the action required of a person."""
 
     JOINT_LOST = (Stop.HOLD, "check the joint's power and wiring")
-    BUS_STUCK = (Stop.HOLD, "unplug the joints one by one to find the one that holds the line low")
+    BUS_STUCK = (Stop.HOLD, BusStuckError.REMEDY)
     BUS_FAILED = (Stop.HOLD, "check the bus adapter")
     JOINT_RESET = (Stop.HOLD, "check the joint's supply, then home it again")
     STALL = (Stop.HOLD, "remove the obstacle")
@@ -89,12 +90,12 @@ class ArmFault:
     evidence: Path | None = None
 
     def __str__(self) -> str:
-        what = self.cause.what if isinstance(self.cause, JointError) else self.cause
+        what = self.cause.what if isinstance(self.cause, JointError | BusStuckError) else self.cause
         return f"{self.kind.name}: {what}; {self.kind.action}"
 
     def error(self) -> BaseException:
         """Return the cause for the user of the arm, with the remedy for the fault as a whole."""
-        if isinstance(self.cause, JointError):
+        if isinstance(self.cause, JointError | BusStuckError):
             self.cause.remedy = self.kind.action
         return self.cause
 
@@ -105,6 +106,10 @@ _JOINT_FAULTS = {
     JointFault.OVERTEMPERATURE.name: FaultKind.OVERTEMPERATURE,
 }
 _POWER = frozenset({JointFault.DRIVER.name, JointFault.DRIVER_RESET.name})
+_UNDERVOLTAGE = 4.0
+"""Data of a joint's fault DRIVER when its motor has no supply: the bit in GSTAT, alone."""
+_NO_FAULT_OF_HOMING = frozenset({JointFault.ENCODER.name, JointFault.INTERNAL.name}) | _POWER
+"""Faults of a joint that end homing and have nothing to do with its path."""
 
 _KINDS: tuple[tuple[type[BaseException], FaultKind], ...] = (
     (FollowingError, FaultKind.FOLLOWING_ERROR),
@@ -126,9 +131,14 @@ def classify(cause: BaseException) -> FaultKind:
     """Return the kind of fault that an exception stands for."""
     if isinstance(cause, JointFaultError) and cause.fault in _JOINT_FAULTS:
         return _JOINT_FAULTS[cause.fault]
-    if isinstance(cause, HomingError) and cause.fault == JointFault.SETPOINT_LOST.name:
-        # The host was late, and nothing blocks the joint.
-        return FaultKind.SETPOINT_LOST
+    if isinstance(cause, HomingError):
+        # Nothing blocks the joint where the host was late, or where its driver has a fault.
+        if cause.fault == JointFault.SETPOINT_LOST.name:
+            return FaultKind.SETPOINT_LOST
+        if cause.fault == JointFault.OVERTEMPERATURE.name:
+            return FaultKind.OVERTEMPERATURE
+        if cause.fault in _NO_FAULT_OF_HOMING:
+            return FaultKind.JOINT_FAULT
     for error, kind in _KINDS:
         if isinstance(cause, error):
             return kind
@@ -140,9 +150,22 @@ def source_of(cause: BaseException, fallback: str) -> str:
     return getattr(cause, "joint", "") or fallback
 
 
+def reports_missing_supply(cause: BioscaraError) -> bool:
+    """Return whether a joint reports that its motor has no supply."""
+    return (
+        isinstance(cause, JointFaultError)
+        and cause.fault == JointFault.DRIVER.name
+        and cause.data == _UNDERVOLTAGE
+    )
+
+
 def indicates_power_loss(cause: BioscaraError) -> bool:
     """Return whether a joint fails like this, or stays silent, when its motor power is lost."""
-    if isinstance(cause, JointFaultError):
+    if isinstance(cause, JointFaultError | HomingError):
         return cause.fault in _POWER
+    if isinstance(cause, JointLostError):
+        # Without power nothing acknowledges. Exchanges that do not end, or arrive corrupted, show
+        # that something is wrong with the bus.
+        return isinstance(cause.reason, NoAcknowledgeError)
     # A version 1 joint latches no fault: it only reports that it is no longer enabled.
-    return isinstance(cause, (JointLostError, NotEnabledError))
+    return isinstance(cause, NotEnabledError)

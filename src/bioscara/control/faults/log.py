@@ -60,8 +60,12 @@ class FaultLog:
 
     def add(self, fault: ArmFault) -> bool:
         """Add a fault; return whether it is the first of its kind from its source."""
-        if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
-            return False
+        lost_power = isinstance(fault.cause, BioscaraError) and indicates_power_loss(fault.cause)
+        for old in self.faults:
+            # One that was reclassified is not added again under its first kind.
+            same = old.kind is fault.kind or (lost_power and old.kind is FaultKind.POWER_LOST)
+            if same and old.source == fault.source:
+                return False
         self.faults.append(fault)
         self._detect_power_loss(fault.time)
         return True

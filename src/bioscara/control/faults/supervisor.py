@@ -253,6 +253,11 @@ class Supervisor:
         arm.configure()
         arm.clear_faults()
         arm.disable()
+        if arm.freed_by:
+            self.warnings.append(
+                f"the bus was stuck until {', '.join(arm.freed_by)} restarted: check the cable "
+                "there, and replace the joint's controller if it happens again"
+            )
         self._log.clear()
         self.state, manager.lock = FaultState.CLEAR, ""
 

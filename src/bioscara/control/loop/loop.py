@@ -17,7 +17,7 @@ from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.statistics import CycleStatistics
 from bioscara.control.manager.update_rate import require_rate
-from bioscara.errors import ConfigurationError, NotEnabledError, OverrunError
+from bioscara.errors import BusStuckError, ConfigurationError, NotEnabledError, OverrunError
 from bioscara.hardware import LifecycleState
 from bioscara.hardware.bus_budget import BUSY_SHARE, highest_rate
 from bioscara.protocol import SILENCE
@@ -267,7 +267,17 @@ class Loop:
             text += f"; at this rate the bus leaves {1e3 * left:.1f} ms of each cycle"
         return text
 
+    @property
+    def _waits_for_the_bus(self) -> bool:
+        """Whether the bus is stuck: the loop waits for its timeouts, which is no other fault."""
+        problems = chain.from_iterable(each.problems for each in self._manager.components)
+        return any(isinstance(problem, BusStuckError) for problem in problems) or any(
+            fault.kind is FaultKind.BUS_STUCK for fault in self._supervisor.faults
+        )
+
     def _overrun(self, text: str, time: float, kind: FaultKind = FaultKind.OVERRUN) -> None:
+        if self._waits_for_the_bus:
+            return
         late = 1e3 * self.statistics.late.percentile(99.0)
         text = (
             f"the loop does not keep {self.rate} Hz: {text} (p99 {late:.1f} ms late), "

@@ -6,6 +6,7 @@ The arithmetic uses plain floats: for a single value, numpy takes longer than th
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import cycle
 
 from bioscara.bus import Transaction
 from bioscara.drivers.joint.feedback import EncoderFeedback
@@ -54,8 +55,9 @@ class CyclicExchange:
     """
 
     __slots__ = (
-        "_feedback", "_load_due", "_load_turns", "_message", "_parameters", "_readiness", "_second",
-        "_sent", "_session", "_values", "bad_cycles", "failures",
+        "_feedback", "_load_due", "_load_turns", "_message", "_next_message", "_parameters",
+        "_readiness", "_repeats_load", "_second", "_sent", "_session", "_values", "bad_cycles",
+        "failures",
     )  # fmt: skip
 
     def __init__(
@@ -82,20 +84,25 @@ class CyclicExchange:
 
         Args:
             turns: Number of cycles from one to the next; 0 for none.
-            due: Number of cycles before the first.
+            due: Number of cycles before the first; less than ``turns``.
         """
         self._load_turns, self._load_due = turns, due
+        self.renew()
+
+    def renew(self) -> None:
+        """Adapt to the firmware of the joint, after its session was opened."""
+        turns = self._load_turns if self._session.reports_load else 0
+        messages = [_TRACK] * max(turns, 1)
+        if turns:
+            messages[self._load_due] = _TRACKLOAD
+        self._repeats_load = turns > 0
+        self._next_message = cycle(messages).__next__
 
     def track(self, setpoint: Setpoint) -> tuple[Transaction, ...]:
         """Return the transactions that send a checked setpoint and request the state."""
         session, values = self._session, self._feedback.transmission.to_motor(setpoint)
         if session.version == 2:
-            message = _TRACK
-            if self._load_turns and session.reports_load:
-                if self._load_due:
-                    self._load_due -= 1
-                else:
-                    message, self._load_due = _TRACKLOAD, self._load_turns - 1
+            message = self._next_message()
             self._message, self._values, self._second = message, values, None
             self._sent = sent = (session.frame(message, values),)
             return sent
@@ -155,8 +162,7 @@ class CyclicExchange:
                         )
                     return session.refusal(message)
                 if message is _TRACK:
-                    kept = self._load_turns and session.reports_load
-                    load = feedback.last.load_percent if kept else None
+                    load = feedback.last.load_percent if self._repeats_load else None
                     sample = feedback.sample(values, flags, stamp, load)
                 elif values:
                     sample = feedback.sample(values, flags, stamp)

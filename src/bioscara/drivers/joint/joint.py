@@ -153,6 +153,7 @@ class Joint:
         self.readiness.blocking = Register.NONE
         self.feedback.forget()
         self.session.open()
+        self.cycle.renew()
         if not self.session.flags & Flags.NOTENABLED:
             self.may_be_energised = True
         if not self.session.flags & Flags.NOTHOMED:

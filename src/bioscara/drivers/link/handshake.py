@@ -20,6 +20,7 @@ from weakref import WeakKeyDictionary
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.link.joint_reports import Hello
+from bioscara.drivers.link.line import line_of
 from bioscara.drivers.link.original import (
     QUIET,
     START_UP,
@@ -80,11 +81,11 @@ def identify(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> He
                 awake = True
             first = _first_answer(bus, clock, address, 1 if known else _MAGIC_TIMES)
             if first is None:
-                return _read_hello(bus, address, address)
+                return _read_hello(bus, clock, address, address)
             refused += bool(first & Flags.REFUSED)
             _require_v1_flags(bus, address, first)
             clock.sleep_until(clock.now() + QUIET)
-            _require_pong(bus, address)
+            _require_pong(bus, clock, address)
         except CorruptFrameError as error:
             corrupt = error
         except CommunicationError as error:
@@ -101,7 +102,7 @@ def identify(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> He
         failures += 1
         clock.sleep_until(clock.now() + QUIET)
     if refused == tries > 1:
-        _raise_if_misaddressed(bus, joint, address)
+        _raise_if_misaddressed(bus, clock, joint, address)
     raise corrupt or lost or CorruptFrameError("no answer", address)
 
 
@@ -126,7 +127,7 @@ def await_power_up(
     silent = {
         name: address
         for name, address in joints.items()
-        if address not in known and not acknowledges(bus, address)
+        if address not in known and not acknowledges(bus, clock, address)
     }
     if not silent:
         return
@@ -135,18 +136,19 @@ def await_power_up(
         "case the arm was just switched on"
     )
     clock.sleep_until(clock.now() + START_UP)
-    awake = [address for address in silent.values() if acknowledges(bus, address)]
+    awake = [address for address in silent.values() if acknowledges(bus, clock, address)]
     if awake:
         clock.sleep_until(clock.now() + START_UP)
     for address in awake:
         forget_silence(bus, address)
 
 
-def acknowledges(bus: Bus, address: int) -> bool:
+def acknowledges(bus: Bus, clock: Clock, address: int) -> bool:
     """Return whether a frame without a read is acknowledged; records a missing acknowledge.
 
     Args:
         bus: The bus.
+        clock: Time of that bus.
         address: 7-bit address.
 
     Raises:
@@ -154,7 +156,7 @@ def acknowledges(bus: Bus, address: int) -> bool:
     """
     # Received but not executed, by either version; nothing is read, so nothing can hang.
     try:
-        _exchange(bus, Transaction(address, _PING.encode_v1(), 0))
+        _exchange(bus, clock, Transaction(address, _PING.encode_v1(), 0))
     except NoAcknowledgeError:
         note_silence(bus, address)
         return False
@@ -182,16 +184,19 @@ def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
         )
 
 
-def _exchange(bus: Bus, transaction: Transaction) -> bytes:
+def _exchange(bus: Bus, clock: Clock, transaction: Transaction) -> bytes:
     result = bus.transfer((transaction,))[0]
+    line = line_of(bus)
     if isinstance(result, CommunicationError):
+        line.failed(transaction.address, result, clock.now())
         raise result
+    line.in_a_row = 0
     return result
 
 
 def _wake(bus: Bus, clock: Clock, address: int) -> None:
     """Wait until a joint that may just have been switched on can be read from."""
-    if not acknowledges(bus, address):
+    if not acknowledges(bus, clock, address):
         raise NoAcknowledgeError("no device acknowledged", address)
     if was_silent(bus, address):
         clock.sleep_until(clock.now() + START_UP)
@@ -202,8 +207,8 @@ def _hello(address: int, sealed_for: int, read: int) -> Transaction:
     return Transaction(address, _HELLO.encode_v2(sealed_for, 0), read)
 
 
-def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
-    answer = _exchange(bus, _hello(address, sealed_for, 1))
+def _first_byte(bus: Bus, clock: Clock, address: int, sealed_for: int) -> int:
+    answer = _exchange(bus, clock, _hello(address, sealed_for, 1))
     if len(answer) != 1:
         raise _unknown_answer(address, answer)
     return answer[0]
@@ -212,7 +217,7 @@ def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
 def _first_answer(bus: Bus, clock: Clock, address: int, times: int) -> int | None:
     """Return the byte answered to HELLO; None if it is the magic ``times`` times."""
     for seen in range(times):
-        first = _first_byte(bus, address, address)
+        first = _first_byte(bus, clock, address, address)
         if first != _MAGIC_FIRST:
             if seen:
                 raise _unknown_answer(address, bytes((_MAGIC_FIRST, first)))
@@ -223,8 +228,8 @@ def _first_answer(bus: Bus, clock: Clock, address: int, times: int) -> int | Non
     return None
 
 
-def _read_hello(bus: Bus, address: int, sealed_for: int) -> Hello:
-    result = _exchange(bus, _hello(address, sealed_for, _HELLO.sealed_answer_size))
+def _read_hello(bus: Bus, clock: Clock, address: int, sealed_for: int) -> Hello:
+    result = _exchange(bus, clock, _hello(address, sealed_for, _HELLO.sealed_answer_size))
     try:
         answer = _HELLO.decode_v2(sealed_for, 0, result)
     except CorruptFrameError as error:
@@ -248,9 +253,9 @@ def _require_v1_flags(bus: Bus, address: int, first: int) -> None:
         )
 
 
-def _require_pong(bus: Bus, address: int) -> None:
+def _require_pong(bus: Bus, clock: Clock, address: int) -> None:
     request = Transaction(address, _PING.encode_v1(), _PING.answer_size)
-    answer = _PING.decode_v1(_exchange(bus, request))
+    answer = _PING.decode_v1(_exchange(bus, clock, request))
     if answer.values[0] != _ACKNOWLEDGE:
         raise CorruptFrameError(
             f"answered PING with {int(answer.values[0]):#04x} instead of O; check the wiring",
@@ -264,13 +269,13 @@ def _unknown_answer(address: int, answer: bytes) -> CorruptFrameError:
     )
 
 
-def _raise_if_misaddressed(bus: Bus, joint: str, address: int) -> None:
+def _raise_if_misaddressed(bus: Bus, clock: Clock, joint: str, address: int) -> None:
     """Raise if the joint at ``address`` takes a HELLO that is sealed for another address."""
     for other in ADDRESSES:
         try:
-            if other == address or _first_byte(bus, address, other) != _MAGIC_FIRST:
+            if other == address or _first_byte(bus, clock, address, other) != _MAGIC_FIRST:
                 continue
-            _read_hello(bus, address, other)
+            _read_hello(bus, clock, address, other)
         except CommunicationError:
             continue
         raise WrongJointError(

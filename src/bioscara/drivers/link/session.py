@@ -10,6 +10,7 @@ from bioscara.clock import Clock
 from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
 from bioscara.drivers.link.handshake import acknowledges, identify, require_known
 from bioscara.drivers.link.joint_reports import FaultReport, Hello
+from bioscara.drivers.link.line import line_of
 from bioscara.drivers.link.original import START_UP, OriginalTiming, forget_silence, note_silence
 from bioscara.errors import (
     BioscaraError,
@@ -76,7 +77,6 @@ class Session:
     Attributes:
         version: Protocol version in use; 0 before :meth:`open`.
         hello: Answer of a version 2 joint to HELLO.
-        reports_load: Whether its firmware reports the load in answers to setpoints.
         flags: The last flags received; before any were received, those after power-up.
         retries: Exchanges that were repeated since this object was made.
         timing: Timing state of a version 1 joint.
@@ -87,10 +87,10 @@ class Session:
         self._joint, self._number, self._address = joint, number, address
         self.version = 0
         self.hello: Hello | None = None
-        self.reports_load = False
         self.flags: int = int(_POWER_UP)
         self.retries = 0
         self.timing = OriginalTiming()
+        self._line = line_of(bus)
         self._sequence = self._unanswered = 0
         self._armed = False
         self._restarted: JointResetError | None = None
@@ -113,7 +113,6 @@ class Session:
             self._open_v1()
             return
         require_known(self.hello, self._joint, self._number, self._address)
-        self.reports_load = self.hello.reports_load
         try:
             self._arm(self.hello)
         except BioscaraError:
@@ -123,7 +122,6 @@ class Session:
     def close(self) -> None:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
-        self.reports_load = False
         # The end of the joint's pause outlives the session, the rest does not.
         self.timing.in_position_mode = self.timing.silent = False
         self.flags, self._armed = int(_POWER_UP), False
@@ -266,11 +264,13 @@ class Session:
             JointResetError: The joint has forgotten the session, so it restarted.
         """
         if not isinstance(result, bytes):
+            self._line.failed(self._address, result, self._clock.now())
             if self.version == 1 and isinstance(result, NoAcknowledgeError):
                 # It may have lost its power, and regain it.
                 self.timing.silent = True
                 note_silence(self._bus, self._address)
             raise result
+        self._line.in_a_row = 0
         if self.version == 1:
             if self.timing.silent:
                 self.timing.silent = False
@@ -302,6 +302,11 @@ class Session:
         return refused_error(self._joint, self._address, message.register, report)
 
     @property
+    def reports_load(self) -> bool:
+        """Whether the joint's firmware reports the load in answers to setpoints."""
+        return self.hello is not None and self.hello.reports_load
+
+    @property
     def paused(self) -> bool:
         """Whether the joint is in a pause now; an exchange would wait for its end."""
         return self._clock.now() < self.timing.quiet_until
@@ -322,7 +327,7 @@ class Session:
             CommunicationError: The bus does not work.
         """
         if self.timing.silent:
-            if not acknowledges(self._bus, self._address):
+            if not acknowledges(self._bus, self._clock, self._address):
                 raise NoAcknowledgeError("no device acknowledged", self._address)
             self.timing.silent = False
             forget_silence(self._bus, self._address)

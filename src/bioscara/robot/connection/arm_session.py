@@ -7,6 +7,7 @@ from pathlib import Path
 from bioscara.arguments import shown
 from bioscara.bus import Bus
 from bioscara.clock import Clock
+from bioscara.control.faults.kinds import FaultKind, reports_missing_supply
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.drivers import Gripper
 from bioscara.errors import (
@@ -150,7 +151,9 @@ class ArmSession:
             try:
                 self.arm.activate()
             except BioscaraError as error:
-                stack.latch([error], self.clock.now())
+                # The others are not enabled after one has failed, so it stands for all of them.
+                kind = FaultKind.POWER_LOST if reports_missing_supply(error) else None
+                stack.latch([error], self.clock.now(), kind)
                 raise stack.supervisor.faults[0].error() from None
             stack.loop.restart()
         stack.broadcast(self.clock.now())

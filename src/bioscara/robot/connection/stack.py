@@ -18,6 +18,7 @@ from bioscara.control.controllers.joint_state_broadcaster import JointStateBroad
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import allowed
+from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState, Supervisor
 from bioscara.control.limits.averaging import Smoothing
 from bioscara.control.limits.collision_guard import CollisionGuard
@@ -178,15 +179,18 @@ class Stack:
         self.loop.restart()
         self.loop.step()
 
-    def latch(self, causes: Sequence[BioscaraError], time: float) -> None:
+    def latch(
+        self, causes: Sequence[BioscaraError], time: float, kind: FaultKind | None = None
+    ) -> None:
         """Latch errors found on an arm at rest as its faults: recovery is the same for all.
 
         Args:
             causes: The errors.
             time: Now [s].
+            kind: Kind of the faults; by default derived from each cause.
         """
         for cause in causes:
-            self.supervisor.fault(cause, self.arm.name, time)
+            self.supervisor.fault(cause, self.arm.name, time, kind)
         if causes:
             self.finish_stopping()
 

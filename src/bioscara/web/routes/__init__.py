@@ -2,7 +2,7 @@
 
 Each module has a function ``add(app, ...)``. ``http`` has their common parts: the scope that a
 route needs, bodies, answers and refusals. ``page`` serves the files of the page, ``session`` signs
-browsers in, ``questions`` asks the owner, ``websocket`` begins relays, ``openapi`` describes them
-all. Answers to the page that are no messages of the owner are computed by
-:mod:`bioscara.dashboard`, in the threads of ``work``, and served by the others.
+browsers in, ``questions`` asks the owner, ``arms`` all owners, ``websocket`` begins relays,
+``openapi`` describes all routes. ``dashboard`` has those of the page whose answers are no messages
+of the owner.
 """

@@ -198,10 +198,8 @@ def test_no_board_in_its_bootloader_says_how_to_start_it(
 
 
 def test_of_two_boards_one_has_to_be_named(
-    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # The board that is not flashed does not leave its bootloader.
-    monkeypatch.setattr(dfu, "_PATIENCE", 0.2)
     tools = bench("dfu-util")
     tools.board(ONE)
     tools.board(OTHER)
@@ -215,13 +213,21 @@ def test_of_two_boards_one_has_to_be_named(
     assert main(["flash", "--joint", "1", "j1.bin", "--serial", OTHER]) == 0
     assert (tools.flash(ONE), tools.flash(OTHER)) == (b"", image(1))
     assert tools.started() == [OTHER]
+    # The other one stays in its bootloader, and is not waited for.
+    assert capsys.readouterr().out.splitlines()[-1] == "verified: the flash holds the image"
+    assert looks_after_the_start(tools) == 1
+
+
+def looks_after_the_start(tools: Bench) -> int:
+    """Return how often the boards were listed after one was started."""
+    calls = tools.calls()
+    (start,) = (number for number, call in enumerate(calls) if call.endswith(":leave"))
+    return sum(call.endswith(" -l") for call in calls[start:])
 
 
 def test_an_inaccessible_second_board_still_requires_a_serial_number(
-    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # The board that is not flashed does not leave its bootloader.
-    monkeypatch.setattr(dfu, "_PATIENCE", 0.2)
     tools = bench("dfu-util")
     tools.board(ONE)
     tools.board(OTHER)
@@ -233,6 +239,8 @@ def test_an_inaccessible_second_board_still_requires_a_serial_number(
     assert tools.flash(ONE) == b""
     assert main(["flash", "--joint", "1", "j1.bin", "--serial", ONE]) == 0
     assert tools.flash(ONE) == image(1)
+    assert capsys.readouterr().out.splitlines()[-1] == "verified: the flash holds the image"
+    assert looks_after_the_start(tools) == 1
 
 
 def test_of_two_st_links_one_has_to_be_named(

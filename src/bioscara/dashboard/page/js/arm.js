@@ -85,9 +85,14 @@ export class Arm {
     return performance.now() - this.arrival + (Number.isNaN(half) ? 0 : half);
   }
 
+  /** Whether the owner reports, also where it cannot read the joints, as after a loss of the bus. */
+  get told() {
+    return this.connection.open && this.sample !== null && this.age <= STALE;
+  }
+
   /** Whether there is a sample that is not stale. */
   get fresh() {
-    return this.connection.open && this.sample !== null && !this.sample.stale && this.age <= STALE;
+    return this.told && this.sample?.stale === false;
   }
 
   /** Whether this page commands the arm. */

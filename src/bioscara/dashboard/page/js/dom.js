@@ -1,5 +1,8 @@
 // Elements of the page. Texts go in as text, never as markup: names come from people and files.
 
+/** Whether the page is as narrow as on a phone, as in layout.css. */
+export const PHONE = matchMedia("(max-width: 767px)");
+
 /**
  * Make an element.
  *

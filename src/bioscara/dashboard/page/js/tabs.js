@@ -2,15 +2,13 @@
 
 /** @import { App, Panel } from "./app.js" */
 
-import { at, h } from "./dom.js";
+import { at, h, PHONE } from "./dom.js";
 import { text } from "./texts.js";
 
 /** Parts that a wide page shows beside the panels, and a phone as a tab. */
 const NARROW = [{ id: "watch", section: "view" }, { id: "jog", section: "jog" }];
 /** The tabs that are first on a phone, in a row of their own: what is needed in front of the arm. */
 const FIRST = ["watch", "jog", "run", "health"];
-/** Where the page is that narrow, as in layout.css. */
-const PHONE = "(max-width: 767px)";
 
 /**
  * Build the tabs with their panels.
@@ -66,16 +64,15 @@ export function buildTabs(app, panels) {
     history.replaceState(null, "", `#${id}`);
   }
 
-  const phone = matchMedia(PHONE);
   // In the document, and not by style alone: the order of the focus is that of the eye.
   const arrange = () => {
-    const rank = (/** @type {string} */ id) => (phone.matches && FIRST.includes(id) ? FIRST.indexOf(id) : FIRST.length);
+    const rank = (/** @type {string} */ id) => (PHONE.matches && FIRST.includes(id) ? FIRST.indexOf(id) : FIRST.length);
     entries.sort((one, other) => rank(one.id) - rank(other.id) || one.place - other.place);
     const focused = document.activeElement;
     list.append(...entries.map((entry) => entry.tab));
     if (focused instanceof HTMLElement && list.contains(focused)) focused.focus();
   };
-  phone.addEventListener("change", arrange);
+  PHONE.addEventListener("change", arrange);
   arrange();
   list.addEventListener("keydown", (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
@@ -92,6 +89,12 @@ export function buildTabs(app, panels) {
   };
   app.arm.on("description", offer);
   offer();
+  let seen = app.preview;
+  app.previewListeners.push(() => {
+    // Where the view is a tab, who asks for a preview sees nothing of it in another one.
+    if (app.preview && app.preview !== seen && PHONE.matches) select("watch");
+    seen = app.preview;
+  });
   select(location.hash.slice(1) || "run");
   if (!current) select("run");
 }

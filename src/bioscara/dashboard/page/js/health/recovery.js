@@ -53,7 +53,8 @@ export class Recovery {
   /** Why the next step cannot be taken by this page; empty if it can. @returns {string} */
   get hindrance() {
     const { arm } = this.app;
-    if (arm.link !== "live") return text("health.not_live");
+    // Joints that are not read, as on a stuck bus, are what recovery is for.
+    if (!arm.told) return text("health.not_live");
     if (arm.scope === "view") return text("health.view_only");
     if (!arm.commands) return text("health.take_control");
     return "";

@@ -99,10 +99,10 @@ function faultSection(app, recovery) {
   const warnings = h("ul", { class: "warnings" });
   const noWarnings = h("p", { class: "dim", text: text("health.no_warnings") });
   const step = stepButton(recovery);
-  const way = h("div", { class: "row" }, step.element, copyButton(() => {
+  const python = copyButton(() => {
     const next = recovery.step;
     return next && next.kind !== "stopping" ? `robot.${next.kind}()` : "for fault in robot.faults:\n    print(fault)";
-  }));
+  });
   let shown = "";
 
   function draw() {
@@ -117,7 +117,7 @@ function faultSection(app, recovery) {
     noWarnings.hidden = (given?.warnings ?? []).length > 0;
   }
   for (const topic of /** @type {const} */ (["sample", "faults", "lease", "link"])) arm.on(topic, draw);
-  const element = h("section", { class: "card column faults wide" }, h("h2", { text: text("health.faults") }), state, list, way,
+  const element = h("section", { class: "card column faults wide" }, h("div", { class: "row" }, h("h2", { text: text("health.faults") }), python), state, list, step.element,
     h("h3", { text: text("health.warnings") }), noWarnings, warnings);
   return { element, show: draw };
 }

@@ -33,12 +33,13 @@ export function goToCard(app) {
 
   function fill() {
     const pose = arm.sample?.pose;
-    if (pose && arm.fresh) fields.forEach((field, index) => field.set(pose[index]));
-    else app.say(text("refusal.not_homed"), "error");
+    if (!arm.fresh) app.say(text("refusal.stale"), "error");
+    else if (!pose) app.say(text("refusal.not_homed"), "error");
+    else fields.forEach((field, index) => field.set(pose[index]));
   }
   // Once, so that no field is empty; and only what a person has not begun to write in.
   const first = () => {
-    if (filled || !arm.sample?.pose) return;
+    if (filled || !arm.sample?.pose || !arm.fresh) return;
     filled = true;
     if (fields.every(({ input }) => input.value === "")) fill();
   };
@@ -113,12 +114,13 @@ function buttons(app, motion, missing, code, title) {
 
   async function preview() {
     const made = await app.ask({ kind: "make_plan", motion: motion() });
+    const last = made.trajectory.times.at(-1) ?? 0;
     own = {
-      title, trajectory: made.trajectory, plan: made.plan, time: 0,
+      // At its end: where it begins, it is hidden by the arm.
+      title, trajectory: made.trajectory, plan: made.plan, time: last,
       execute: () => app.start({ kind: "execute", plan: made.plan }),
     };
     app.showPreview(own);
-    const last = made.trajectory.times.at(-1) ?? 0;
     setText(result, [text("run.planned", { time: duration(last) }), ...made.notes].join(" "));
   }
   return h("div", { class: "column" }, h("div", { class: "row" }, plan, execute, go, copyButton(code)), result);

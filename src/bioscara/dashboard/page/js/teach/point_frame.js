@@ -67,8 +67,9 @@ export function pointFrame(app, name, save) {
   }
   const code = () => {
     const { origin, onX } = points;
-    const [first, second] = origin && onX ? [origin, onX].map(pythonPose) : ["origin", "on_x"];
-    return `robot.table = robot.table.with_frame(Frame.from_points(${pythonText(name() || "name")}, ${first}, ${second}))`;
+    const given = origin && onX ? [origin, onX].map(pythonPose) : ["origin", "on_x"];
+    const taking = origin && onX ? "" : "origin = robot.pose  # at the origin\non_x = robot.pose  # at a point of the x axis\n";
+    return `${taking}robot.table = robot.table.with_frame(Frame.from_points(${pythonText(name() || "name")}, ${given.join(", ")}))`;
   };
   return h("section", { class: "column", "aria-label": text("teach.two_points") },
     h("h3", { text: text("teach.two_points") }), h("p", { class: "dim small", text: text("teach.two_means") }),

@@ -8,6 +8,8 @@ import { text } from "../texts.js";
 
 /** Height of a row [px], as in css/teach.css. */
 const ROW = 36;
+/** Rows that are seen at once, with those of a longer list behind a scroll bar. */
+const SEEN = 7;
 /** Rows that are made above and below the visible ones. */
 const SPARE = 4;
 let counted = 0;
@@ -44,6 +46,7 @@ export class PoseList {
     this.poses = poses;
     this.mounted = mounted;
     this.filler.style.height = `${ROW * poses.length}px`;
+    this.element.style.height = poses.length ? `${ROW * Math.min(poses.length, SEEN) + 2}px` : "";
     if (poses.length) delete this.element.dataset.empty;
     else this.element.dataset.empty = text("teach.no_poses");
     if (this.chosen && !poses.some(({ name }) => name === this.chosen)) this.select("");

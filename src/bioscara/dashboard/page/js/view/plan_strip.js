@@ -3,7 +3,7 @@
 /** @import { App, Preview } from "../app.js" */
 /** @import { GoalValue } from "../../messages.d.ts" */
 
-import { button, h, setText } from "../dom.js";
+import { button, h, PHONE, setText } from "../dom.js";
 import { text } from "../texts.js";
 import { PlanGuard } from "./plan_guard.js";
 
@@ -59,6 +59,8 @@ export class PlanStrip {
         this.slider.max = String(this.#duration);
         this.notes.replaceChildren(...(preview.notes ?? []).map((note) => h("li", { text: note })));
         this.execute.hidden = preview.execute === null;
+        // Below a picture on a phone; once its tab is open.
+        if (PHONE.matches) requestAnimationFrame(() => this.element.scrollIntoView({ block: "nearest" }));
       }
     }
     this.#update();

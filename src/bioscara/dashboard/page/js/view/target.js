@@ -127,7 +127,8 @@ export class Target {
   #preview({ plan, trajectory, notes }) {
     const title = text(this.kind === "lin" ? "view.plan_lin" : "view.plan_ptp");
     const execute = () => this.app.start({ kind: "execute", plan });
-    this.app.showPreview({ title, trajectory, plan, notes, execute, time: 0, source: "target" });
+    // At its end: where it begins, it is hidden by the arm.
+    this.app.showPreview({ title, trajectory, plan, notes, execute, time: trajectory.times.at(-1) ?? 0, source: "target" });
   }
 
   #tell() {

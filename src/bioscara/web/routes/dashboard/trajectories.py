@@ -6,8 +6,8 @@ from fastapi import FastAPI, Request, Response
 
 from bioscara.dashboard.trajectories import SIZE_MAX, CheckedTrajectory, checked_trajectory
 from bioscara.web.owner.facts import OwnerFacts
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, Viewer, body_of, judged, verdicts
-from bioscara.web.routes.work import Work
 
 _TIMEOUT = 30.0
 """Time in which a file has to arrive [s]."""

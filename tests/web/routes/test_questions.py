@@ -106,7 +106,7 @@ def test_a_path_of_the_page_is_no_file_name(left: Site) -> None:
             assert client.get(httpx.URL(left.origin + path)).status_code == 404
         assert (
             client.get("/js/main.js").content
-            == (Path(__file__).parents[2] / "src/bioscara/dashboard/page/js/main.js").read_bytes()
+            == (Path(__file__).parents[3] / "src/bioscara/dashboard/page/js/main.js").read_bytes()
         )
 
 

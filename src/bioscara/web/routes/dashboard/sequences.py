@@ -20,8 +20,8 @@ from bioscara.dashboard.sequences import (
 )
 from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, Viewer, body_of, decoded, judged, verdicts
-from bioscara.web.routes.work import Work
 
 _TIMEOUT = 30.0
 """Time in which a body has to arrive [s]."""

@@ -9,8 +9,8 @@ from bioscara.api import messages as m
 from bioscara.dashboard.clearance import Clearance, clearance
 from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import Viewer, answers, json
-from bioscara.web.routes.work import Work
 
 
 class _Sample(msgspec.Struct):

@@ -22,6 +22,7 @@ from bioscara.dashboard.recordings import (
     recorded_samples,
 )
 from bioscara.rosbag.recording_file import MEDIA_TYPE
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import (
     JSON,
     RefusedError,
@@ -31,7 +32,6 @@ from bioscara.web.routes.http import (
     judged,
     verdicts,
 )
-from bioscara.web.routes.work import Work
 from bioscara.web.settings import WebSettings
 
 _PART = 256 << 10

@@ -14,6 +14,7 @@ from bioscara.dashboard.parameters import (
     parameter_rows,
 )
 from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import (
     JSON,
     Viewer,
@@ -25,7 +26,6 @@ from bioscara.web.routes.http import (
     schema,
     verdicts,
 )
-from bioscara.web.routes.work import Work
 
 _BODY_MAX = 256 << 10
 """Longest list of changes [byte]."""

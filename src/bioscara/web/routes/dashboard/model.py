@@ -9,8 +9,8 @@ from fastapi import FastAPI, Request, Response
 
 from bioscara.dashboard.model import ArmModel, meshes, model_of
 from bioscara.web.owner.facts import OwnerFacts
+from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import RefusedError, Viewer, answers, json
-from bioscara.web.routes.work import Work
 
 
 def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:

@@ -13,7 +13,7 @@ from bioscara.dashboard.model import meshes
 from bioscara.dashboard.trajectories import SIZE_MAX
 from bioscara.model.meshes import read_stl
 from bioscara.web.access.scopes import Scope
-from bioscara.web.routes import trajectories
+from bioscara.web.routes.dashboard import trajectories
 from processes import wait_until
 from recording.served_arm import recording
 from served import runtime_folder
