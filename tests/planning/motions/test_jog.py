@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, LimitError, ZoneError
@@ -121,6 +121,8 @@ def test_a_command_expires() -> None:
     assert jog.reason == "expired"
 
 
+@example(seed=122806, cycles=29, expired=False)  # slowed down by the tool's speed just before
+@example(seed=2005205432, cycles=26, expired=False)  # the same, only a little
 @given(seed=st.integers(0, 2**32 - 1), cycles=st.integers(1, 50), expired=st.booleans())
 def test_a_released_arm_gets_no_faster_even_if_it_still_accelerated(
     seed: int, cycles: int, expired: bool

@@ -219,7 +219,8 @@ class JogGenerator:
 
     def _restart_averaging(self, velocities: Sequence[float]) -> None:
         """Restart averaging from the present velocity: the reason may vanish at any instant."""
-        self._smoothed.fill(self._as_commanded(velocities))
+        self._average = self._as_commanded(velocities)
+        self._smoothed.fill(self._average)
 
     def _as_commanded(self, velocities: Sequence[float]) -> Sequence[float]:
         """Convert joint velocities to the kind commanded: of the joints, or of the tool."""
@@ -231,8 +232,9 @@ class JogGenerator:
         """Return the present command, reduced to the tool's speed limit."""
         expired = not 0.0 <= time - self._since <= EXPIRY
         if expired or not any(self._velocity):
-            if self._accelerating:
-                # The averages would go on rising: a released arm slows down from the next step on.
+            if self._accelerating or self._slowed:
+                # The averages would go on rising, or are above the velocities of an arm that was
+                # slowed down: a released arm slows down from the next step on.
                 self._restart_averaging(self.velocities)
             if any(self._velocity):
                 self.reason = "expired"
