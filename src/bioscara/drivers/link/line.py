@@ -13,11 +13,11 @@ from bioscara.bus import Bus
 from bioscara.errors import BusStuckError, BusTimeoutError, CommunicationError
 
 
-class Line:
+class BusLine:
     """Transactions in a row on one bus that did not end.
 
     Attributes:
-        in_a_row: Their number; set to 0 by whoever gets an answer.
+        in_a_row: Their number; set to 0 by an answer.
         since: When the first of them had failed [s].
         first: Address of the first of them.
         addresses: Addresses of all of them.
@@ -51,12 +51,12 @@ class Line:
         self.error = error
 
 
-_lines: WeakKeyDictionary[Bus, Line] = WeakKeyDictionary()
+_lines: WeakKeyDictionary[Bus, BusLine] = WeakKeyDictionary()
 
 
-def line_of(bus: Bus) -> Line:
+def line_of(bus: Bus) -> BusLine:
     """Return what is known of the lines of ``bus``, for the life of that object."""
     line = _lines.get(bus)
     if line is None:
-        line = _lines[bus] = Line()
+        line = _lines[bus] = BusLine()
     return line
