@@ -97,7 +97,9 @@ class Scene:
             elif phase == "jogging":
                 robot.move_joints(START)
                 self.cycles = 1 + int(0.8 / robot.period * moment)
-                robot.jog(lambda: JointVelocity(0.2, 0.0, -0.2, 0.2), on_cycle=self.observe)
+                # A disturbance that is bridged does not end it.
+                velocity = JointVelocity(0.2, 0.0, -0.2, 0.2)
+                robot.jog(lambda: velocity, timeout=2.0, on_cycle=self.observe)
             elif phase == "enabling":
                 robot.disable()
                 strike()
