@@ -136,7 +136,7 @@ def test_a_joint_that_cannot_be_enabled_is_a_recoverable_fault(made: Scene) -> N
         made.arm.set_motor_power(False)
         with pytest.raises(
             JointFaultError,
-            match=r"^j1: .*DRIVER \(data .\); release the emergency stop or restore the motor supply$",
+            match=r"^j1: .*DRIVER \(data .\); release the emergency stop or restore the motor",
         ):
             robot.enable()
         assert robot.faults[0].source == "j1"
