@@ -238,7 +238,8 @@ def test_a_joint_that_restarts_while_homing_ends_the_goal_with_the_cause(v1: boo
     world.arm.reset("j2")
     finish(world, goal)
     assert goal.status is GoalStatus.ABORTED
-    assert goal.text.startswith("j2")
+    # While it starts up, one with its original firmware holds the clock when it is read from.
+    assert "the first, with j2" in goal.text if v1 else goal.text.startswith("j2")
     assert world.hardware.commands["j2/home"].value == 0.0
     # A joint with its original firmware could be seeking its end stop still: it is stopped, after
     # the second for which it is left alone.
