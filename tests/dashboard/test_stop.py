@@ -24,7 +24,8 @@ DIALOG = """async () => {
     openDialog(bioscara, "A question", () => [document.createElement("input")]);
 }"""
 STOPPED = """(before) => bioscara.arm.events.some(
-    (event) => event.number > before && event.what === "stop")"""
+    ({ number, what, client }) =>
+        number > before && what === "stop" && client.startsWith("dashboard"))"""
 TABS = ("Run", "Health")
 
 
@@ -82,8 +83,10 @@ def tab(page: Page, name: str) -> Iterator[None]:
     page.get_by_role("tab", name="Run").click()
 
 
-def arrives(page: Page, way: Callable[[Page], None]) -> None:
+def arrives(page: Page, left: Site, way: Callable[[Page], None]) -> None:
     """Require that one press reaches the owner."""
+    # Presses of one client that follow each other soon are one event.
+    left.robot.stop()
     before = page.evaluate("bioscara.arm.lastEvent")
     way(page)
     page.wait_for_function(STOPPED, arg=before, timeout=3000)
@@ -98,14 +101,14 @@ def test_stop_s1_stop_s2_one_press_or_escape_stops_in_each_view_and_dialog(
     for way in (press, escape):
         left.robot.acquire_lease(force=True)
         wait_for_state(page, "lease-elsewhere")
-        arrives(page, way)
+        arrives(page, left, way)
         wait_for_state(page, "no-lease")
-        arrives(page, way)
+        arrives(page, left, way)
         for name in TABS:
             with tab(page, name):
-                arrives(page, way)
+                arrives(page, left, way)
         with dialog(page):
-            arrives(page, way)
+            arrives(page, left, way)
     with dialog(page):
         stops(page, left, press)
 
@@ -140,7 +143,7 @@ def test_stop_s1_it_stops_in_a_fault_too(page: Page, left: Site) -> None:
         robot._do(m.SimulateFault("motor_power", value=0.0))
         wait_for_state(page, "fault")
         for way in (press, escape):
-            arrives(page, way)
+            arrives(page, left, way)
     finally:
         robot.acquire_lease(force=True)
         robot._do(m.SimulateFault("motor_power", value=1.0))

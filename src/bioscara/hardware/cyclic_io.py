@@ -49,6 +49,8 @@ class ArmExchange:
         for axis in self._axes:
             axis.halt(stuck)
             axis.forget()
+            # Switching them off and on is what frees the line.
+            axis.joint.session.expect_restart()
 
     def request_states(self, axes: Sequence[Axis]) -> None:
         """Request the state of joints."""

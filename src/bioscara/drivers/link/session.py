@@ -334,6 +334,15 @@ class Session:
             self.timing.quiet_until = self._clock.now() + START_UP
         return not self.paused
 
+    def expect_restart(self) -> None:
+        """Check the acknowledge before the next exchange: the joint may be switched on by then.
+
+        Only version 1 needs that, see :meth:`listens`.
+        """
+        if self.version == 1:
+            self.timing.silent = True
+            note_silence(self._bus, self._address)
+
     def stop(self, mode: int) -> None:
         """Write STOP; raises as :meth:`exchange`.
 
