@@ -258,15 +258,10 @@ class ControllerManager:
             raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period:g} s")
         self._execution.failures, self._between_cycles = self._between_cycles, []
         self.statistics.periodicity.add(1.0 / period)
-        timing, begin = self.statistics.timing, perf_counter()
-        self.read(time, period)
-        now = perf_counter()
-        timing[READ], begin = now - begin, now
-        self.update(time, period)
-        now = perf_counter()
-        timing[UPDATE], begin = now - begin, now
-        self.write(time, period)
-        timing[WRITE] = perf_counter() - begin
+        timed = self.statistics.timed
+        timed(READ, self.read, time, period)
+        timed(UPDATE, self.update, time, period)
+        timed(WRITE, self.write, time, period)
 
     def read(self, time: float, period: float) -> None:
         """Read the states of all available components; arguments as :meth:`cycle`."""

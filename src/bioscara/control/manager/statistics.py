@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -191,6 +192,21 @@ class ManagerStatistics:
         self.read = {name: Spread() for name in names}
         self.write = {name: Spread() for name in names}
         self.timing = [0.0, 0.0, 0.0]
+
+    def timed(
+        self, step: int, work: Callable[[float, float], object], time: float, period: float
+    ) -> None:
+        """Carry out a step of the cycle, and note how long it took.
+
+        Args:
+            step: :data:`READ`, :data:`UPDATE` or :data:`WRITE`.
+            work: The step.
+            time: Its first argument [s].
+            period: Its second one [s].
+        """
+        begin = perf_counter()
+        work(time, period)
+        self.timing[step] = perf_counter() - begin
 
 
 class CycleStatistics:
