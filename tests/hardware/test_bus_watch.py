@@ -1,4 +1,4 @@
-"""A stuck bus is told from lost joints, also where few of the joints are commanded."""
+"""A stuck bus is distinguished from lost joints, also where few of the joints are commanded."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_stuck_bus_is_one_fault_where_one_joint_is_driven_by_velocity(
     assert world.hardware.state is LifecycleState.ACTIVE
     world.bus.clear()
     world.run(0.5)
-    # Nothing resumes by itself.
+    # Nothing resumes automatically.
     assert all(axis.unreachable for axis in world.hardware.axes)
     assert abs(world.arm.velocity("j1")) < 0.01
 

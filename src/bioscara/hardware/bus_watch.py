@@ -1,4 +1,4 @@
-"""Tells a stuck bus from a joint that is lost: whether any other joint can still be asked."""
+"""Distinguishes a stuck bus from a lost joint: whether any other joint can still be asked."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class ArmExchange:
     Args:
         clock: Time of the bus.
         axes: All joints of the arm.
-        watch: Tells a stuck bus from joints that are lost.
+        watch: Distinguishes a stuck bus from lost joints.
         problems: List to which the errors are added.
 
     Attributes:

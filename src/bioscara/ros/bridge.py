@@ -1,4 +1,4 @@
-"""What all parts of the node have in common."""
+"""The common parts of the node."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SERVICES = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPol
 
 @dataclass
 class Bridge:
-    """What all parts of the node have in common.
+    """The common parts of the node.
 
     Attributes:
         node: The node ``controller_manager``.

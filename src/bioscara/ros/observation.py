@@ -29,7 +29,7 @@ class Observation:
     """Publishes activity with each change, and the rest once a second.
 
     Args:
-        bridge: What all parts have in common.
+        bridge: The common parts of the node.
         loaded: The controllers.
     """
 

@@ -20,7 +20,7 @@ class ArmActions:
     """Offers the actions.
 
     Args:
-        bridge: What all parts have in common.
+        bridge: The common parts of the node.
     """
 
     def __init__(self, bridge: Bridge) -> None:

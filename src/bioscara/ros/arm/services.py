@@ -22,7 +22,7 @@ class ArmServices:
     """Offers the services.
 
     Args:
-        bridge: What all parts have in common.
+        bridge: The common parts of the node.
     """
 
     def __init__(self, bridge: Bridge) -> None:

@@ -20,7 +20,7 @@ class ControllerNode:
     """The node of a controller; a subclass adds what its type offers while it is configured.
 
     Args:
-        bridge: What all parts have in common.
+        bridge: The common parts of the node.
         name: Name of the controller.
         kind: Its type.
         arguments: Further arguments of the node, as ``--params-file FILE``.

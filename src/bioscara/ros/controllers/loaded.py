@@ -39,7 +39,7 @@ class LoadedControllers:
     """Loads controllers into the owner, each with a node of its name.
 
     Args:
-        bridge: What all parts have in common.
+        bridge: The common parts of the node.
     """
 
     def __init__(self, bridge: Bridge) -> None:

@@ -25,7 +25,7 @@ class ManagerServices:
     """Offers the services, of which one runs at a time.
 
     Args:
-        bridge: What all parts have in common.
+        bridge: The common parts of the node.
         loaded: The controllers.
     """
 
