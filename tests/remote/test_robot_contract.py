@@ -54,6 +54,7 @@ from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
 from bioscara.server.simulation import simulate
 from bioscara.sim import SimulatedArm
+from processes import wait_until
 from served import HALF, NAME, arm_served, eventually, own_robot
 from simulated import NAMES, simulated_bus
 
@@ -336,6 +337,7 @@ def test_the_end_of_a_motion_is_seen_in_all_its_forms(robot: Any) -> None:
     with pytest.raises(MotionTimeoutError, match="it goes on"):
         operation.result(timeout=0.001)
     assert not operation.done
+    wait_until(lambda: max(map(abs, robot.state.velocities)) > 0.01, "the arm moves")
     operation.cancel()
     assert operation.wait(10.0)
     assert called.wait(10.0)
