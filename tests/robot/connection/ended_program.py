@@ -14,7 +14,7 @@ from tests.system.observed_arm import START
 from bioscara import Operation, Robot
 
 THERE = (-1.0, 0.22, 0.5, 0.0)
-SLOW = 0.2
+SLOW = 0.4
 """Share of the speed limits with which a motion takes some seconds."""
 FAST = 0.02
 """Speed above which the first joint surely moves [rad/s]."""

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 
+from processes import wait_until
 from ros.bringup_controllers import (
     JOINTS,
     POSITION,
@@ -196,24 +197,25 @@ def test_rule_18_scaling_stretches_the_time_of_a_trajectory(ros: Ros) -> None:
     def scale(factor: float) -> None:
         ros.do("publish", type=kind, topic=topic, message={"factor": factor}, qos="latched depth=1")
 
-    # Its subscriber is found now, and not while the goal runs.
-    scale(1.0)
-    go_home(ros, POSITION)
-    number = follow(ros, POSITION, goal(near(0.1, at=1.0)))
-    scale(0.25)
-    begin = ros.do("heard", topic=f"/{POSITION}/controller_state")[-1][0]
-    end = ended(ros, number)
-    assert end["status"] == SUCCEEDED
-    assert end["at"] - begin > 2.0
-    factors = [
-        state["speed_scaling_factor"]
-        for _, state in ros.do("heard", topic=f"/{POSITION}/controller_state")
-    ]
-    assert factors[-1] == pytest.approx(0.25)
-    scale(1.0)
-    go_home(ros, POSITION)
-    ros.do("silence", topic=f"/{POSITION}/controller_state")
-    assert ros.switch(active, [POSITION])["ok"]
+    def factor() -> float:
+        heard = ros.do("heard", topic=f"/{POSITION}/controller_state")
+        return float(heard[-1][1]["speed_scaling_factor"]) if heard else math.nan
+
+    try:
+        go_home(ros, POSITION)
+        scale(0.25)
+        # Topics and actions have no common order.
+        wait_until(lambda: factor() == pytest.approx(0.25), "the time is stretched")
+        begin = ros.do("heard", topic=f"/{POSITION}/controller_state")[-1][0]
+        end = ended(ros, follow(ros, POSITION, goal(near(0.1, at=1.0))))
+        assert end["status"] == SUCCEEDED
+        assert end["at"] - begin > 3.5
+    finally:
+        scale(1.0)
+        wait_until(lambda: factor() == pytest.approx(1.0), "it is not stretched any more")
+        go_home(ros, POSITION)
+        ros.do("silence", topic=f"/{POSITION}/controller_state")
+        assert ros.switch(active, [POSITION])["ok"]
 
 
 def test_rule_38_gains_change_while_it_runs_and_other_parameters_do_not(following: Ros) -> None:
