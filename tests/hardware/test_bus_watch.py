@@ -80,3 +80,26 @@ def test_a_joint_whose_homing_is_not_answered_is_lost_and_the_others_are_asked()
     arm.write(world.clock.now(), 0.01)
     (problem,) = arm.problems
     assert isinstance(problem, BusStuckError)
+
+
+def test_one_joint_that_times_out_is_lost_also_if_the_adapter_calls_the_bus_stuck() -> None:
+    world = World(at=NEAR)
+    world.run(0.1)
+    world.bus.stuck(When(address=0x14), recognised=True)
+    world.run(0.5)
+    (fault,) = world.supervisor.faults
+    assert (fault.kind, fault.source) == (FaultKind.JOINT_LOST, "j4")
+
+
+def test_the_last_joint_that_is_asked_shows_that_the_bus_works() -> None:
+    world = World(home=False)
+    arm = world.hardware
+    arm.prepare_command_mode_switch(("j2/home",), ())
+    arm.perform_command_mode_switch(("j2/home",), ())
+    arm.commands["j2/home"].value = 1.0
+    for address in (0x11, 0x12, 0x13):
+        world.bus.stuck(When(address=address), recognised=False)
+    arm.write(world.clock.now(), 0.01)
+    (problem,) = arm.problems
+    assert isinstance(problem, JointLostError)
+    assert problem.joint == "j2"
