@@ -46,7 +46,7 @@ class Site:
     Attributes:
         served: The served arm.
         robot: The client.
-        samples: Those that it received.
+        samples: The samples that it received.
     """
 
     def __init__(self, served: Served, robot: RemoteRobot) -> None:

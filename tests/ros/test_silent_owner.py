@@ -52,6 +52,22 @@ def observed(rig: Rig) -> Iterator[RemoteRobot]:
             yield robot
 
 
+@contextmanager
+def following(ros: Ros, rig: Rig) -> Iterator[RemoteRobot]:
+    """Stream positions, and return a client that looks once the arm follows them."""
+    begin_to_stream(ros)
+    with observed(rig) as robot:
+        wait_until(lambda: position(robot) > HALF[0] + 0.05, "an arm that follows the stream")
+        yield robot
+
+
+def streamed_on(ros: Ros) -> float:
+    """Return the position that is streamed now, once later ones were streamed [rad]."""
+    before = float(ros.do("streamed", topic=TOPIC)[0])
+    wait_until(lambda: ros.do("streamed", topic=TOPIC)[0] > before + 0.03, "more of it")
+    return before
+
+
 @pytest.fixture(autouse=True)
 def cleared(ros: Ros, ros_rig: Rig) -> Iterator[None]:
     yield
@@ -82,9 +98,8 @@ def position(robot: RemoteRobot) -> float:
 
 def test_a_silent_owner_keeps_no_service_and_no_diagnostics_back(ros: Ros, ros_rig: Rig) -> None:
     ros.do("listen", type="diagnostic_msgs/DiagnosticArray", topic="/diagnostics")
-    begin_to_stream(ros)
-    with observed(ros_rig) as robot:
-        wait_until(lambda: position(robot) > HALF[0] + 0.05, "an arm that follows the stream")
+    with following(ros, ros_rig):
+        pass
     with stopped(ros_rig):
         ros.do("forget", topic="/diagnostics")
         begin = time.monotonic()
@@ -127,12 +142,9 @@ def farthest(robot: RemoteRobot) -> float:
 def test_a_position_that_was_streamed_long_ago_is_not_approached_any_more(
     ros: Ros, ros_rig: Rig
 ) -> None:
-    begin_to_stream(ros)
-    with observed(ros_rig) as robot:
-        wait_until(lambda: position(robot) > HALF[0] + 0.05, "an arm that follows the stream")
+    with following(ros, ros_rig) as robot:
         with stopped(ros_rig):
-            before = ros.do("streamed", topic=TOPIC)[0]
-            wait_until(lambda: ros.do("streamed", topic=TOPIC)[0] > before + 0.03, "more of it")
+            before = streamed_on(ros)
             ros.do("end_stream", topic=TOPIC)
             time.sleep(2.0 * PATIENCE)
         assert farthest(robot) < before + BRAKED
@@ -141,12 +153,9 @@ def test_a_position_that_was_streamed_long_ago_is_not_approached_any_more(
 
 
 def test_a_short_silence_is_ended_by_the_newest_position(ros: Ros, ros_rig: Rig) -> None:
-    begin_to_stream(ros)
-    with observed(ros_rig) as robot:
-        wait_until(lambda: position(robot) > HALF[0] + 0.05, "an arm that follows the stream")
+    with following(ros, ros_rig) as robot:
         with stopped(ros_rig):
-            before = ros.do("streamed", topic=TOPIC)[0]
-            wait_until(lambda: ros.do("streamed", topic=TOPIC)[0] > before + 0.03, "more of it")
+            streamed_on(ros)
         last = ros.do("end_stream", topic=TOPIC)[0]
         assert farthest(robot) == pytest.approx(last, abs=0.005)
     assert ros.states()[STREAM] == "active"
@@ -154,9 +163,7 @@ def test_a_short_silence_is_ended_by_the_newest_position(ros: Ros, ros_rig: Rig)
 
 def test_after_a_long_silence_the_stream_moves_nothing(ros: Ros, ros_rig: Rig) -> None:
     """The owner has ended the lease, and a stream does not take it again."""
-    begin_to_stream(ros)
-    with observed(ros_rig) as robot:
-        wait_until(lambda: position(robot) > HALF[0] + 0.05, "an arm that follows the stream")
+    with following(ros, ros_rig) as robot:
         with stopped(ros_rig):
             before = ros.do("streamed", topic=TOPIC)[0]
             time.sleep(1.5 * TIME_TO_LIVE)

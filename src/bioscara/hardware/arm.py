@@ -362,7 +362,7 @@ class ArmHardware(HardwareComponent):
             self.problems.append(cause)
 
     def _why_not_configured(self, error: BioscaraError) -> BioscaraError:
-        """Return why the joints cannot be identified; names those that held a line low."""
+        """Return why the joints cannot be identified, with the joints that held a line low."""
         cause = self._watch.cause(error)
         if self._exchange.stuck is None or not isinstance(cause, NoAcknowledgeError):
             return cause

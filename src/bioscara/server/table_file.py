@@ -1,4 +1,4 @@
-"""The file with the named poses, tools and frames: those that clients teach survive the owner."""
+"""The file with the named poses, tools and frames, which keeps them when the owner ends."""
 
 from __future__ import annotations
 

@@ -13,11 +13,11 @@ from pathlib import Path
 class LockedFolder:
     """A temporary folder that this process holds locked for as long as it is in use.
 
-    The kernel releases the lock however the process ends. What killed programs have left is removed
-    where the next folder is made.
+    The kernel releases the lock however the process ends. The folders of killed programs are
+    removed when the next folder is made.
 
     Args:
-        prefix: Begin of its name, by which those that were left are found.
+        prefix: Begin of its name; folders of killed programs are found by it.
 
     Attributes:
         path: The folder.

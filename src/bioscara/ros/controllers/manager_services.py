@@ -142,7 +142,7 @@ class ManagerServices:
         return self._bridge.owner.command(switch)
 
     def _known(self, names: list[str], *, strict: bool) -> list[str]:
-        """Return those that can be switched; the owner has more, which are not for clients of ROS.
+        """Return the controllers that can be switched; the owner's own are not for clients of ROS.
 
         Raises:
             SwitchError: None of them is loaded, or strictly one is not or cannot be switched.

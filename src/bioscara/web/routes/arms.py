@@ -27,7 +27,7 @@ def add(app: FastAPI, served: ServedArms) -> None:
     @app.post(
         "/api/arms/stop",
         response_class=Response,
-        summary="Stop all arms of this computer; whoever may look at one may stop all.",
+        summary="Stop all arms of this computer; a token that may look at one is enough.",
         responses=answers(StoppedArm, many=True),
     )
     async def stop_all(credential: Viewer) -> Response:

@@ -83,7 +83,7 @@ def _add_stop(app: FastAPI, settings: WebSettings) -> None:
     @app.post(
         "/api/stop",
         response_class=Response,
-        summary="Stop all motion; whoever may look may stop.",
+        summary="Stop all motion; a token that may look is enough.",
         responses={200: {"content": schema(m.Done)}},
     )
     async def stop(credential: Viewer) -> Response:

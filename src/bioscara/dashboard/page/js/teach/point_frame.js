@@ -11,8 +11,8 @@ import { action } from "../run/action.js";
 import { text } from "../texts.js";
 import { APART, frameOf } from "./two_points.js";
 
-/** Difference in height of the points that is told [m]. */
-const TOLD = 0.5 * MM;
+/** Least difference in height of the points that is shown [m]. */
+const LEAST_RISE = 0.5 * MM;
 
 /**
  * Build the part.
@@ -44,7 +44,7 @@ export function pointFrame(app, name, save) {
     if (!frame) { setText(shown, ""); return; }
     if (!frame.apart) { setText(shown, tooNear()); return; }
     const [, , , yaw] = frame.pose;
-    const rise = Math.abs(frame.rise) < TOLD ? "" : text("teach.two_rise", { rise: number(frame.rise / MM, 1) });
+    const rise = Math.abs(frame.rise) < LEAST_RISE ? "" : text("teach.two_rise", { rise: number(frame.rise / MM, 1) });
     setText(shown, [text("teach.two_found", { place: placeOf(frame.pose), yaw: degrees(yaw), distance: millimetres(frame.distance) }), rise].filter(Boolean).join(" "));
   }
 
