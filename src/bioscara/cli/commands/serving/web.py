@@ -57,14 +57,18 @@ def run(options: Options) -> int:
     log.set_up(as_json=False)
     with StopRequest() as cancelled:
         gateway = Gateway(settings)
-        output.line(f"arm {arm} on the web: {gateway.url} (Ctrl-C ends it)")
-        if sys.stdout.isatty():
-            for scope in Scope:
-                if options.show in {None, scope.name.lower()}:
-                    output.line(f"  to {scope.name.lower():8}{gateway.url_with_token(scope)}")
-        else:
+        scopes = [each for each in Scope if options.show in {None, each.name.lower()}]
+        if not sys.stdout.isatty():
             # Of a service this is its log, which others may read.
+            scopes = []
+        # Where one address with a token is shown, another one beside it would be opened in vain.
+        address = gateway.url_with_token(scopes[0]) if len(scopes) == 1 else gateway.url
+        output.line(f"arm {arm} on the web: {address} (Ctrl-C ends it)")
+        if not scopes:
             output.line(f"its tokens are in {gateway.token_file}: open the address with #token=...")
+        elif len(scopes) > 1:
+            for scope in scopes:
+                output.line(f"  to {scope.name.lower():8}{gateway.url_with_token(scope)}")
         if gateway.fingerprint:
             output.line(f"SHA-256 fingerprint of its certificate: {gateway.fingerprint}")
         gateway.run(cancelled)
