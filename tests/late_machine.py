@@ -66,7 +66,11 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     unseen = "tests/dashboard/" in item.nodeid or any("OVERRUN" in text for text in failed)
     if failed and (machine.worst > LATE or unseen):
         terminal = item.config.pluginmanager.get_plugin("terminalreporter")
-        text = f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more"
+        errors = [line for line in failed[0].splitlines() if line.startswith("E ")]
+        text = (
+            f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more\n"
+            + "\n".join(errors[:3])
+        )
         if terminal is not None:
             terminal.write_line(f"\n{text}")
         # Fixtures of the module, such as a process with an arm, may have failed.

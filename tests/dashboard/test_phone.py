@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from dashboard.rig import Site, at_rest, command, open_page, positions, stays
 from dashboard.test_accessibility import OPTIONS, SMALL, STOP_SEEN, WIDE
@@ -160,7 +160,18 @@ def test_the_view_is_loaded_only_when_it_is_asked_for(browser: Browser, left: Si
     context.close()
 
 
-def test_a_preview_opens_the_view_with_its_buttons_in_sight(page: Page, left: Site) -> None:
+def test_a_preview_opens_the_view_with_its_buttons_in_sight_before_and_after_it_is_loaded(
+    page: Page, left: Site
+) -> None:
+    held: list[Route] = []
+
+    def hold_back(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/three.js", hold_back)
+    page.reload()
+    page.wait_for_function("() => bioscara.arm.workspace !== null")
+    command(page)
     page.get_by_role("tab", name="Run").tap()
     go = page.get_by_role("region", name="Go to a pose")
     go.get_by_role("button", name="Fill in").tap()
@@ -169,14 +180,16 @@ def test_a_preview_opens_the_view_with_its_buttons_in_sight(page: Page, left: Si
     expect(page.get_by_role("tab", name="View")).to_have_attribute("aria-selected", "true")
     execute = page.locator(".view-plan").get_by_role("button", name="Execute")
     expect(execute).to_be_in_viewport()
-    stop = page.locator("#stop-button").bounding_box()
-    assert stop is not None
 
     def above_stop() -> bool:
-        box = execute.bounding_box()
-        return box is not None and box["y"] + box["height"] < stop["y"]
+        box, stop = execute.bounding_box(), page.locator("#stop-button").bounding_box()
+        return box is not None and stop is not None and box["y"] + box["height"] < stop["y"]
 
-    wait_until(above_stop, "STOP does not cover it")
+    assert above_stop()
+    wait_until(lambda: page.evaluate("1") == len(held), "the drawing is asked for")
+    held[0].continue_()
+    page.wait_for_selector(".view-canvas[tabindex='0']")
+    assert above_stop()
     page.get_by_role("button", name="Discard").tap()
     page.get_by_role("tab", name="Jog").tap()
 

@@ -59,11 +59,17 @@ export class PlanStrip {
         this.slider.max = String(this.#duration);
         this.notes.replaceChildren(...(preview.notes ?? []).map((note) => h("li", { text: note })));
         this.execute.hidden = preview.execute === null;
-        // Below a picture on a phone; once its tab is open.
-        if (PHONE.matches) requestAnimationFrame(() => this.element.scrollIntoView({ block: "nearest" }));
+        this.uncoverPicture();
       }
     }
     this.#update();
+  }
+
+  /** On a phone the strip lies over the picture, until the page is scrolled down. */
+  uncoverPicture() {
+    if (!this.preview || !PHONE.matches) return;
+    // Once the tab is open.
+    requestAnimationFrame(() => this.element.parentElement?.scrollIntoView({ block: "end" }));
   }
 
   get #duration() {

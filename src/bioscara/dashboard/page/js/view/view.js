@@ -45,6 +45,7 @@ export function buildView(app) {
     const backend = await makeBackend(kinematics);
     loading.remove();
     new View(app, kinematics, backend, host, strip.element);
+    strip.uncoverPicture();
     return true;
   };
   let begun = false;
