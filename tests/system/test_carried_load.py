@@ -72,7 +72,8 @@ def test_a_load_that_only_turns_is_slowed_down(laden: Loads) -> None:
 @pytest.mark.parametrize("kind", ["joints", "lines"])
 def test_planned_motions(laden: Loads, kind: str) -> None:
     robot = laden.robot
-    for rng in starts(laden, f"laden {kind}"):
+    # The second motion of the joints makes the wrist swing; the first does not.
+    for rng in starts(laden, f"laden {kind}", first=1 if kind == "joints" else 0):
 
         def make(here: Pose, rng: random.Random = rng) -> Plan:
             if kind == "lines":

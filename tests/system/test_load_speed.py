@@ -43,9 +43,9 @@ def place(rng: random.Random) -> Joints:
     return Joints(rng.uniform(-2.0, 2.0), rng.uniform(0.1, 0.3), elbow, rng.uniform(-1.5, 1.5))
 
 
-def starts(loads: Loads, kind: str) -> Iterator[random.Random]:
+def starts(loads: Loads, kind: str, first: int = 0) -> Iterator[random.Random]:
     """Bring the arm to random reachable places; yield the random generator from there on."""
-    done = number = 0
+    done, number = 0, first
     while done < COUNT:
         rng = random.Random(f"{kind}{number}")
         number += 1
