@@ -67,7 +67,7 @@ WITH_ROS2 := $(shell $(PYTHON) -c 'import platform, sys; print(int(sys.platform 
 
 test: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.ros2)
 	@status=0; \
-	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
+	$(BIN)/python -m pytest -n 3 --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
 	$(BIN)/python -m pytest -n 3 --dist worksteal -m realtime --ignore-glob='$(EMULATED)' || status=1; \
 	exit $$status
 

@@ -1,11 +1,17 @@
-"""Tests in real time: one that fails while the computer ran late says so and is repeated once."""
+"""Tests in real time: one that fails while the computer ran late says so and is repeated once.
+
+Several processes run such tests at a time. A repetition is the only one that runs.
+"""
 
 from __future__ import annotations
 
+import fcntl
 import os
 import threading
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -54,12 +60,34 @@ class LatenessMonitor:
             thread.join()
 
 
+@contextmanager
+def running(*, alone: bool) -> Iterator[None]:
+    """Run a test beside those of other processes, or once theirs have ended.
+
+    The lock of this file is shared by the tests that run. That of its folder is a turnstile: while
+    one waits to run alone, no other begins.
+    """
+    turnstile = os.open(Path(__file__).parent, os.O_RDONLY)
+    room = os.open(__file__, os.O_RDONLY)
+    try:
+        fcntl.flock(turnstile, fcntl.LOCK_EX)
+        fcntl.flock(room, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
+        if not alone:
+            fcntl.flock(turnstile, fcntl.LOCK_UN)
+        yield
+    finally:
+        for lock in (room, turnstile):
+            # Closing alone would not do it where a process that was forked has a copy.
+            fcntl.flock(lock, fcntl.LOCK_UN)
+            os.close(lock)
+
+
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
     """Run a ``realtime`` test; if it fails on a late machine, repeat it once on fresh fixtures."""
     if item.get_closest_marker("realtime") is None:
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    with LatenessMonitor() as machine:
+    with running(alone=False), LatenessMonitor() as machine:
         reports = runtestprotocol(item, log=False, nextitem=nextitem)
     failed = [report.longreprtext for report in reports if report.failed]
     # How late a browser draws is not seen from here.
@@ -78,7 +106,8 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
             # Those that complain at their end have done so in the first run.
             item.session._setupstate.teardown_exact(None)
         item._initrequest()  # type: ignore[attr-defined]
-        reports = runtestprotocol(item, log=False, nextitem=nextitem)
+        with running(alone=True):
+            reports = runtestprotocol(item, log=False, nextitem=nextitem)
         for report in reports:
             report.sections.append(("repeated", text))
     for report in reports:

@@ -127,7 +127,7 @@ def swing(robot: RemoteRobot) -> None:
 
     def moves() -> bool:
         if at_rest(robot):
-            # A page repeats STOP until it is confirmed: a copy that comes late ends this lease, too.
+            # A page repeats STOP until it is confirmed: a late copy ends this lease, too.
             with suppress(LeaseError):
                 robot.acquire_lease(force=True)
                 robot.move_joints((goal, *HALF[1:]), velocity_scaling=0.1, wait=False)

@@ -7,6 +7,7 @@ from playwright.sync_api import BrowserContext, Page
 
 from bioscara.web.access.scopes import Scope
 from dashboard.rig import Site, open_page, wait_for_state
+from processes import wait_until
 
 pytestmark = pytest.mark.realtime
 
@@ -30,8 +31,7 @@ def test_a_page_that_stands_still_gets_no_queue_of_old_samples(page: Page) -> No
     page.evaluate(
         "() => { const end = performance.now() + 1500; while (performance.now() < end); }"
     )
-    page.wait_for_timeout(300)
-    assert page.evaluate("bioscara.arm.age") < 200
+    wait_until(lambda: page.evaluate("bioscara.arm.age") < 200, "the values are fresh", 1.0)
 
 
 def test_two_pages_have_two_sessions(context: BrowserContext, left: Site) -> None:

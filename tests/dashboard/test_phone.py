@@ -9,7 +9,16 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, Route, expect
 
-from dashboard.rig import Site, at_rest, command, open_page, positions, stays
+from dashboard.rig import (
+    LIVE,
+    Site,
+    at_rest,
+    command,
+    open_page,
+    positions,
+    stays,
+    wait_for_state,
+)
 from dashboard.test_accessibility import OPTIONS, SMALL, STOP_SEEN, WIDE
 from dashboard.test_jog import ends, pressed, touch
 from processes import wait_until
@@ -170,7 +179,7 @@ def test_a_preview_opens_the_view_with_its_buttons_in_sight_before_and_after_it_
 
     page.route("**/three.js", hold_back)
     page.reload()
-    page.wait_for_function("() => bioscara.arm.workspace !== null")
+    wait_for_state(page, *LIVE)
     command(page)
     page.get_by_role("tab", name="Run").tap()
     go = page.get_by_role("region", name="Go to a pose")

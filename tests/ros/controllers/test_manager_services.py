@@ -82,23 +82,23 @@ def test_undeclared_parameters_files_and_arguments_of_a_spawner_reach_the_contro
     """``spawner -p FILE --controller-ros-args``: parameters of the manager, then a load."""
     file = ros_rig.folder / "forward.yaml"
     file.write_text(
-        "stream:\n  ros__parameters:\n    joints: [j1, j2]\n    interface_name: velocity\n"
+        "fallen_back:\n  ros__parameters:\n    joints: [j1, j2]\n    interface_name: velocity\n"
     )
     for given in (
-        {"stream__params_file": [str(file)]},
-        {"stream__type": FORWARD},
-        {"stream__fallback_controllers": [HOMING]},
-        {"stream__node_options_args": ["--ros-args", "-p", "update_rate:=25"]},
+        {"fallen_back__params_file": [str(file)]},
+        {"fallen_back__type": FORWARD},
+        {"fallen_back__fallback_controllers": [HOMING]},
+        {"fallen_back__node_options_args": ["--ros-args", "-p", "update_rate:=25"]},
     ):
         assert [each["successful"] for each in ros.set_parameters(MANAGER, **given)] == [True]
-    assert load(ros, "stream")
-    assert configure(ros, "stream")
+    assert load(ros, "fallen_back")
+    assert configure(ros, "fallen_back")
     (listed,) = ros.manager("list_controllers")["controller"]
     assert listed["required_command_interfaces"] == ["j1/velocity", "j2/velocity"]
     assert listed["update_rate"] == 25
     # The fallback is checked at activation: it is not loaded.
     energise(ros)
-    assert "fallback" in ros.switch(["stream"])["message"]
+    assert "fallback" in ros.switch(["fallen_back"])["message"]
 
 
 def test_a_file_that_is_missing_is_answered(ros: Ros, ros_rig: Rig) -> None:

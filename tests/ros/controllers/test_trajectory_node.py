@@ -252,6 +252,7 @@ def test_rule_41_the_state_is_published_each_cycle_and_the_future_can_be_asked(
     assert qualities == [{"reliability": "RELIABLE", "durability": "TRANSIENT_LOCAL"}]
     ask, service = "control_msgs/srv/QueryTrajectoryState", f"/{VELOCITY}/query_state"
     assert not ros.call(ask, service, time={"now": 0.5})["success"]
+    go_home(ros)
     number = follow(ros, VELOCITY, goal(near(0.1, at=2.0)))
     answer = ros.call(ask, service, time={"now": 0.5})
     assert answer["success"], answer
