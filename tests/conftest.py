@@ -15,6 +15,7 @@ import pytest
 from hypothesis import settings
 
 from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
+from late_machine import pytest_terminal_summary as pytest_terminal_summary
 from processes import running
 from simulated import standing_near_the_stops
 

@@ -18,6 +18,8 @@ from typing import Self
 import pytest
 from _pytest.runner import runtestprotocol
 
+REPEATED = "repeated"
+"""Section of a report that says why."""
 TICK = 0.005
 LATE = 0.01
 """Lateness of a thread [s] that means a late computer: a cycle of the control loop."""
@@ -93,14 +95,9 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     # How late a browser draws is not seen from here.
     unseen = "tests/dashboard/" in item.nodeid or any("OVERRUN" in text for text in failed)
     if failed and (machine.worst > LATE or unseen):
-        terminal = item.config.pluginmanager.get_plugin("terminalreporter")
         errors = [line for line in failed[0].splitlines() if line.startswith("E ")]
-        text = (
-            f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more\n"
-            + "\n".join(errors[:3])
-        )
-        if terminal is not None:
-            terminal.write_line(f"\n{text}")
+        late = f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more"
+        text = "\n".join([late, *errors[:3]])
         # Fixtures of the module, such as a process with an arm, may have failed.
         with suppress(Exception):
             # Those that complain at their end have done so in the first run.
@@ -109,8 +106,16 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         with running(alone=True):
             reports = runtestprotocol(item, log=False, nextitem=nextitem)
         for report in reports:
-            report.sections.append(("repeated", text))
+            report.sections.append((REPEATED, text))
     for report in reports:
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name the tests that passed when they were repeated."""
+    for report in terminalreporter.getreports("passed"):
+        for title, text in report.sections:
+            if title == REPEATED and report.when == "call":
+                terminalreporter.write_line(text)
