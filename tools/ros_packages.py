@@ -26,7 +26,7 @@ from bioscara.model.tags import (
     HOMING_TAGS,
     JOINT_TAGS,
 )
-from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
+from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ROOT / "ros"
@@ -37,7 +37,6 @@ EXAMPLE = ROOT / "examples/ros2/publisher_joint_trajectory_controller.py"
 """Example that a package installs as a program."""
 _ARM, _GRIPPER = "bioscara_arm_description", "bioscara_gripper_descriptions"
 _MOVEIT = "bioscara_arm_gripper_128_moveit_config"
-_MESHES = "package://bioscara_description/"
 _GENERATED = "Generated from the model: see tools/ros_packages.py, then make generate."
 _EFFORT = (
     "${{round(0.19 * sqrt(2) * 1.48 * (ceil(0.01 * {0}.drive_current * 31) + 1) / 32 "
@@ -75,11 +74,11 @@ def files(parameters: ArmParameters) -> dict[str, bytes]:
     flange = next(tip.attrib["link"] for tip in tips if tip is not None)
     of_arm, of_gripper = _split(root, flange)
     arm = _macro(
-        of_arm, ARM_COMPONENT, "load_arm", "bioscara_arm_parameters", _ARM,
+        of_arm, ARM_COMPONENT, "load_arm", "bioscara_arm_parameters",
         "The arm, from its base to the flange.",
     )  # fmt: skip
     gripper = _macro(
-        of_gripper, GRIPPER_COMPONENT, "load_gripper", "bioscara_gripper_128_parameters", _GRIPPER,
+        of_gripper, GRIPPER_COMPONENT, "load_gripper", "bioscara_gripper_128_parameters",
         "The gripper, from its mount to the point between its finger tips.",
     )  # fmt: skip
     out = {
@@ -95,8 +94,8 @@ def files(parameters: ArmParameters) -> dict[str, bytes]:
     for package, elements in ((_ARM, of_arm), (_GRIPPER, of_gripper)):
         for element in elements:
             for mesh in element.iter("mesh"):
-                path = mesh.attrib["filename"].removeprefix(_MESHES)
-                binary[f"{package}/{path}"] = (DESCRIPTION / path).read_bytes()
+                file = mesh_file(mesh.attrib["filename"])
+                binary[f"{package}/{file.relative_to(DESCRIPTION)}"] = file.read_bytes()
     definitions = ROOT / "interfaces/definitions"
     for file in sorted((definitions / INTERFACES).glob("*/*")):
         binary[file.relative_to(definitions).as_posix()] = file.read_bytes()
@@ -133,7 +132,6 @@ def _macro(
     component: str,
     name: str,
     config: str,
-    package: str,
     subject: str,
 ) -> str:
     """Return the file of a macro that has these elements of the description."""
@@ -145,8 +143,6 @@ def _macro(
     for element in copies:
         _use_parameters(element, component, config)
         _use_prefix(element)
-        for mesh in element.iter("mesh"):
-            mesh.set("filename", mesh.attrib["filename"].replace(_MESHES, f"package://{package}/"))
     holder = ET.Element("holder")
     holder.extend(copies)
     ET.indent(holder, level=1)

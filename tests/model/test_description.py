@@ -16,7 +16,7 @@ from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
 from bioscara.model.meshes import read_stl
 from bioscara.model.parts import drawing
-from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
+from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
 
 PARAMETERS = load_parameters()
 SHAPE = PARAMETERS.geometry
@@ -40,9 +40,10 @@ def pin() -> Any:
 
 @pytest.fixture(scope="module")
 def share(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder in which package://bioscara_description is the description."""
+    """Return a folder in which the packages of the meshes are the description."""
     folder = tmp_path_factory.mktemp("share")
-    (folder / "bioscara_description").symlink_to(DESCRIPTION)
+    for package in ("bioscara_arm_description", "bioscara_gripper_descriptions"):
+        (folder / package).symlink_to(DESCRIPTION)
     return folder
 
 
@@ -203,5 +204,7 @@ def test_links_are_as_large_as_those_of_the_existing_arm() -> None:
 
 def test_the_description_names_the_meshes_that_are_there() -> None:
     named = {mesh.attrib["filename"] for mesh in ROOT.iter("mesh")}
-    there = {path.relative_to(DESCRIPTION) for path in DESCRIPTION.glob("meshes/*/*.stl")}
-    assert named == {f"package://bioscara_description/{path.as_posix()}" for path in there}
+    assert {mesh_file(name) for name in named} == set(DESCRIPTION.glob("meshes/*/*.stl"))
+    packages = Path(__file__).parents[2] / "ros"
+    for name in named:
+        assert (packages / name.removeprefix("package://")).is_file(), name

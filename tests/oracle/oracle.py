@@ -20,7 +20,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from bioscara.model.meshes import read_stl
-from bioscara.model.urdf import DESCRIPTION, URDF
+from bioscara.model.urdf import URDF, mesh_file
 from oracle.solids import Array, Solid, solid, split
 
 LINKS = (
@@ -64,8 +64,7 @@ def solids() -> tuple[Solid, ...]:
     found = []
     for link in ET.parse(URDF).getroot().findall("link"):
         for mesh in link.findall("visual/geometry/mesh"):
-            path = mesh.attrib["filename"].removeprefix("package://bioscara_description/")
-            triangles = read_stl((DESCRIPTION / path).read_bytes())
+            triangles = read_stl(mesh_file(mesh.attrib["filename"]).read_bytes())
             found += [solid(link.attrib["name"], part) for part in split(triangles)]
     return tuple(found)
 

@@ -34,7 +34,8 @@ def _loaded() -> tuple[Any, Any, dict[str, list[Any]]]:
     """Return model, its data and the convex parts of each link."""
     model = pin.buildModelFromUrdf(str(URDF))
     with TemporaryDirectory() as folder:
-        (Path(folder) / "bioscara_description").symlink_to(DESCRIPTION)
+        for package in ("bioscara_arm_description", "bioscara_gripper_descriptions"):
+            (Path(folder) / package).symlink_to(DESCRIPTION)
         found = pin.buildGeomFromUrdf(
             model, str(URDF), pin.GeometryType.COLLISION, package_dirs=[folder]
         )

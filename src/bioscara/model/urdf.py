@@ -35,6 +35,14 @@ _NEVER = (
 )
 
 
+def mesh_file(name: str) -> Path:
+    """Return the file of a mesh by its name in the description, ``package://PACKAGE/meshes/...``.
+
+    The package is that of ``ros/`` which has a copy, for those who see the description in ROS 2.
+    """
+    return DESCRIPTION / name[name.index("meshes/") :]
+
+
 def urdf_of(parameters: ArmParameters) -> str:
     """Return the robot description of an arm: its frames, limits and ``<ros2_control>`` tags.
 

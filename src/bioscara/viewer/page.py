@@ -20,7 +20,7 @@ from bioscara.hardware import Urdf
 from bioscara.kinematics import Pose, Scara
 from bioscara.model import ArmParameters
 from bioscara.model.meshes import read_stl
-from bioscara.model.urdf import DESCRIPTION, URDF, urdf_of
+from bioscara.model.urdf import URDF, mesh_file, urdf_of
 from bioscara.planning.collision.scene import NearestPair, Scene
 from bioscara.viewer import readouts
 from bioscara.viewer.access_control import refusing_foreign_requests
@@ -29,7 +29,6 @@ from bioscara.viewer.zones import NEAREST, Mark, add_scene, color_mark
 
 LOOPBACK = "127.0.0.1"
 """The only address that the page is served on, as the page has no authentication."""
-_PACKAGE = "package://bioscara_description/"
 _BASE, _TOOL = "base_link", "tool"
 """Links whose frames are the frame of the scene and the pose of the tool."""
 _LINKS = {"gripper": ("grp_base_link",), "jaws": ("left_jaw_link", "right_jaw_link"),
@@ -188,7 +187,7 @@ class Page:
             mesh, color = visual.find("geometry/mesh"), visual.find("material/color")
             if mesh is None or color is None:
                 continue
-            path = DESCRIPTION / mesh.attrib["filename"].removeprefix(_PACKAGE)
+            path = mesh_file(mesh.attrib["filename"])
             corners = read_stl(path.read_bytes()).reshape(-1, 3)
             red, green, blue, _ = (
                 round(255 * float(each)) for each in color.attrib["rgba"].split()
