@@ -36,9 +36,11 @@ STANDING = 0.02
 """Share of the highest speed below which a joint counts as standing."""
 STOPPED_WITHIN = 1.0
 """Time in which a call that was asked to end has brought the arm to rest [s]."""
-V1_HOMES_ON = 10.0
+V1_HOMES_ON = 10.0 + max(
+    (joint.upper - joint.lower) / abs(joint.homing.velocity) for joint in ARM.joints
+)
 """Additional time that a joint of version 1 may take to end a homing whose bus is lost [s]: it goes
-on to its end stop, which is near here, whether it is polled or not."""
+on to its end stop, whether it is polled or not."""
 NEAR_ENOUGH = {"rad": 0.05, "m": 0.008}
 
 
