@@ -6,6 +6,7 @@ import itertools
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import Any
 
@@ -16,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from bioscara.api import messages as m
-from bioscara.errors import BioscaraError, ConfigurationError
+from bioscara.errors import BioscaraError, ConfigurationError, OwnerLostError
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm.robot_frames import DESCRIPTION, LATCHED, RobotFrames
 from bioscara.ros.arm_time import ArmTime
@@ -168,6 +169,10 @@ class ControllerManagerNode:
             ArmServices(bridge)
             ArmActions(bridge)
         self._bridge = bridge
+        # Those of the owner may have been listed before there was a description. An owner that is
+        # lost is listed when it is back.
+        with suppress(OwnerLostError):
+            self._listed()
         names = ", ".join(component.name for component in description.components)
         self._log.info(f"controls {names} of arm {self._owner.name}")
 
