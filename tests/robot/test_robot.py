@@ -256,6 +256,12 @@ def test_the_tool_speed_is_limited_unless_reduced_speed_is_off(homed: Scene) -> 
     assert fastest() > 0.4
 
 
+def test_sim_names_an_arm_that_is_simulated_in_this_process(tmp_path: Path) -> None:
+    with Robot.connect("sim", evidence=tmp_path) as robot:
+        assert "in this process" in robot.description
+        assert len(robot.joints) == 4
+
+
 def test_the_jaws_reach_the_commanded_width(homed: Scene, tmp_path: Path) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
         assert math.isnan(robot.gripper.width)

@@ -284,7 +284,10 @@ class Fuzz:
         if state is None:
             return
         for joint, told, quality in zip(ARM.joints, state.positions, state.qualities, strict=True):
-            if quality is Quality.FRESH:
+            # An original joint whose motor lost its supply while it homed is wrong about its home.
+            # It has no torque until it starts again, which makes it forget that home.
+            lost = self.v1 and self.blow_name == "estop" and not self.arm.has_torque(joint.name)
+            if quality is Quality.FRESH and not lost:
                 true = self.arm.position(joint.name)
                 assert abs(told - true) < NEAR_ENOUGH[joint.unit], (
                     f"{joint.name} is told at {told}, fresh; it is at {true}"

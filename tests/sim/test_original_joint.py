@@ -554,6 +554,26 @@ def test_a_motor_supply_that_was_lost_leaves_a_joint_that_enables_without_torque
     assert joint.arm.has_torque("j4")
 
 
+def test_a_motor_supply_that_is_lost_while_it_homes_is_an_end_stop_to_it() -> None:
+    joint = Original("j4")
+    joint.enable()
+    joint.write(Register.HOME, 1, 20, 30, 15)
+    joint.arm.run(1.5)
+    assert joint.flags() == NOTHOMED | BUSY
+    joint.arm.set_motor_power(on=False)
+    joint.arm.run(0.5)
+    assert joint.flags() == 0
+    assert joint.number(Register.ANGLEMOVED) == pytest.approx(0.0, abs=1.5)
+    joint.arm.set_motor_power(on=True)
+    joint.arm.run(0.5)
+    joint.write(Register.SETUP, 20, 20)
+    # So a wrong home moves nothing, and a start of the joint makes it forget that home.
+    assert not joint.arm.has_torque("j4")
+    joint.arm.reset("j4")
+    joint.arm.run(1.0)
+    assert joint.flags() & NOTHOMED
+
+
 def test_without_the_closed_loop_it_is_not_enabled_and_finds_no_stall() -> None:
     joint = Original("j4")
     joint.enable()

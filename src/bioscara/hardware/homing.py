@@ -81,11 +81,17 @@ class Homing:
             if self._clock.now() < self._deadline:
                 return True
             self.stop()
-            raise HomingError(
+            text = (
                 f"{self._joint.name}: homing did not end in time and was stopped; check that "
-                "the joint moves freely and reaches its end stop",
-                self._joint.name,
+                "the joint moves freely and reaches its end stop"
             )
+            if self._joint.version == 1:
+                # A motor that loses its supply while it homes also looks like an end stop to it.
+                text += (
+                    ". If the motors had no supply, switch all joints off and on, and home them "
+                    "again: one that was homed before this one may be at another position"
+                )
+            raise HomingError(text, self._joint.name)
         self.running = False
         self._joint.post_homing()
         return False

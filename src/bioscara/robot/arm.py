@@ -99,8 +99,9 @@ class Arm:
 
     @property
     def operations(self) -> tuple[Operation[Any], ...]:
-        """The operations that were begun and have not ended."""
-        return self._operations
+        """The operations that were admitted and have not ended."""
+        running = self.arbiter.running
+        return tuple([each for each in self._operations if each.claim in running])
 
     @property
     def workspace(self) -> Workspace:
@@ -338,7 +339,8 @@ class Arm:
         Args:
             operation: The operation that took that time; another operation may move the arm.
         """
-        others = [each for each in self._operations if each is not operation]
+        # One that is refused because of this operation, or has just ended, moves nothing.
+        others = [each for each in self.operations if each is not operation]
         if not any(Device.ARM in other.devices for other in others):
             self.stack.loop.restart()
 

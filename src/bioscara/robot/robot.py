@@ -185,10 +185,10 @@ class Robot:
         """Return the arm on the bus of this name, or the one that another process owns.
 
         Args:
-            name: ``linux:1``, ``linux:/dev/i2c-1``, or ``sim:/path.sock`` for an arm that
-                ``bioscara simulate`` runs; or ``arm:NAME`` for one that ``bioscara serve`` owns,
-                whose owner decides all the following. That is a ``bioscara.RemoteRobot``, with the
-                interface of this class.
+            name: ``linux:1``, ``linux:/dev/i2c-1``, ``sim`` for :meth:`simulated`, or
+                ``sim:/path.sock`` for an arm that ``bioscara simulate`` runs; or ``arm:NAME`` for
+                one that ``bioscara serve`` owns, whose owner decides all the following. That is a
+                ``bioscara.RemoteRobot``, with the interface of this class.
             parameters: Parameters of the arm; by default the committed ones, with the overlay that
                 the environment variable ``BIOSCARA_PARAMETERS`` names, if any.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.

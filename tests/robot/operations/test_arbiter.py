@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import FrameType
@@ -15,6 +16,7 @@ from bioscara.bus import Transaction
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
+from bioscara.control.faults.kinds import FaultKind
 from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import (
     BioscaraError,
@@ -31,8 +33,10 @@ from bioscara.planning.collision.scene import Scene as Surroundings
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.arm import Arm
 from bioscara.robot.operations import arbiter
 from bioscara.robot.operations.arbiter import Arbiter
+from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from simulated import NEAR
@@ -292,6 +296,42 @@ def test_a_late_reading_by_an_observer_does_not_use_the_bus(scene: Scene) -> Non
 
     scene.robot.move_joints(GOAL, on_cycle=observe)
     assert transfers == [0]
+
+
+def test_a_call_that_is_being_refused_does_not_make_the_work_before_it_a_late_cycle(
+    scene: Scene,
+) -> None:
+    """The loop is restarted after work between cycles unless another operation is admitted."""
+    robot, others = scene.robot, list[Other]()
+    admission = robot._arm.arbiter._admission
+
+    def work(arm: Arm) -> None:
+        admission.acquire()
+        others.append(Other(lambda: robot.move_joints(GOAL)))
+        while len(arm._operations) < 2:
+            time.sleep(1e-3)
+        scene.arm.run(0.5)
+
+    try:
+        robot._arm.execute(BetweenCycles("work", work))
+    finally:
+        admission.release()
+    assert others[0].end() is None
+    assert robot.faults == ()
+
+
+def test_the_slow_release_of_the_joints_after_a_fault_is_no_fault_of_the_loop(
+    scene: Scene,
+) -> None:
+    robot = scene.robot
+    robot.gripper.enable()
+    scene.arm.set_motor_power(on=False)
+    for _ in range(30):
+        robot._arm.step(idle=True)
+    scene.arm.set_motor_power(on=True)
+    kinds = [fault.kind for fault in robot.faults]
+    assert kinds[0] is FaultKind.POWER_LOST
+    assert FaultKind.OVERRUN not in kinds
 
 
 def test_the_speed_can_be_changed_from_another_thread(scene: Scene) -> None:

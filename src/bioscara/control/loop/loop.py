@@ -180,8 +180,10 @@ class Loop:
 
     @property
     def _driving(self) -> bool:
+        """Whether joints receive setpoints; a gripper does not stop when it receives none."""
         return any(
-            component.state is LifecycleState.ACTIVE for component in self._manager.components
+            component.state is LifecycleState.ACTIVE and component.limits
+            for component in self._manager.components
         )
 
     def _count(self, period: float, timing: Timing) -> None:

@@ -67,6 +67,8 @@ def devices_on(name: str, parameters: ArmParameters) -> Devices:
         InvalidArgumentError: There is no bus of that name.
     """
     kind, _, where = text("the name of a bus", name).partition(":")
+    if name == "sim":
+        return simulated_devices(parameters, v1=False, seed=0)
     if kind == "sim" and where:
         from bioscara.sim import SocketBus  # noqa: PLC0415
 
