@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bioscara.kinematics import Joints, batch
@@ -29,6 +29,7 @@ def dense(trajectory: Trajectory, begin: float, end: float) -> float:
 
 
 @given(st.integers(0, 2**32 - 1))
+@example(2521)
 @settings(max_examples=20)
 def test_no_instant_is_faster_than_the_peak(seed: int) -> None:
     rng = np.random.default_rng(seed)

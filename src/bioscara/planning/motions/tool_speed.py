@@ -27,7 +27,7 @@ _LEAST_SHARE = 0.1
 UNPLANNED_SHARE = 0.86
 """Share of that for jogs and raw commands: there joints reverse at any acceleration, and a load
 swings by up to a quarter of the tool's speed."""
-_STEP, _TURN, _LEAST = 1e-3, 0.02, 100
+_STEP, _TURN, _LEAST = 1e-3, 0.01, 200
 """Sampling of a segment: time step [s]; for a long segment the sum of joint displacements per
 sample [rad or m], with a least number of samples."""
 _ROUNDING = 1.0 + 1e-5
