@@ -117,6 +117,8 @@ def main() -> int:
     """Soak the owner; return the exit status."""
     print(f"seed {SEED}, {HOURS:g} h of the arm's time", flush=True)
     rng = random.Random(SEED)
+    # The owner ends with this program, also where that is ended by a signal.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="b"))
         os.environ["BIOSCARA_RUNTIME"] = folder
