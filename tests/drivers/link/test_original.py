@@ -472,6 +472,17 @@ def test_the_lowest_acceleration_still_moves_and_stops_the_joint() -> None:
     assert world.arm.field("j4") > before + 10.0
 
 
+def test_an_acceleration_that_does_not_move_it_is_refused_before_the_motor_is_engaged() -> None:
+    world, joint = original("j4")
+    homing = replace(joint.parameters.homing, acceleration=1e-6)
+    joint = other_host(world, joint, max_acceleration=1e-6, homing=homing)
+    world.tap.calls.clear()
+    with pytest.raises(LimitError, match="j4 acceleration"):
+        joint.enable()
+    assert world.tap.calls == []
+    assert not world.arm.has_torque("j4")
+
+
 def test_homing_with_an_acceleration_that_does_not_move_it_is_refused_before_its_home_is_lost() -> (
     None
 ):
