@@ -321,15 +321,16 @@ def test_a_call_that_is_being_refused_does_not_make_the_work_before_it_a_late_cy
 
 
 def test_the_slow_release_of_the_joints_after_a_fault_is_no_fault_of_the_loop(
-    scene: Scene,
+    tmp_path: Path,
 ) -> None:
-    robot = scene.robot
-    robot.gripper.enable()
-    scene.arm.set_motor_power(on=False)
-    for _ in range(30):
-        robot._arm.step(idle=True)
-    scene.arm.set_motor_power(on=True)
-    kinds = [fault.kind for fault in robot.faults]
+    scene = Scene(SimulatedArm(seed=2, positions=NEAR), tmp_path)
+    with scene.robot as robot:
+        robot.enable()
+        robot.gripper.enable()
+        scene.arm.set_motor_power(on=False)
+        for _ in range(30):
+            robot._arm.step(idle=True)
+        kinds = [fault.kind for fault in robot.faults]
     assert kinds[0] is FaultKind.POWER_LOST
     assert FaultKind.OVERRUN not in kinds
 
