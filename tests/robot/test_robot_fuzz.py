@@ -115,6 +115,7 @@ class Fuzz:
         )
         self.log: list[str] = []
         self.asked = math.inf
+        self.home_in_doubt = False
 
     # Calls.
 
@@ -165,6 +166,7 @@ class Fuzz:
             self.blow()
         self.attempt(f"{name} timeout={timeout} ({self.blow_name} at {self.strike})", what)
         self.tap.before = lambda: None
+        self.home_in_doubt |= self.v1 and name == "home" and self.blow_name == "estop"
         took, self.asked = self.arm.now() - self.asked, math.inf
         assert took < STOPPED_WITHIN, f"it took {took} s to end when it was asked to"
         if self.v1 and name == "home" and self.blow_name.startswith(("no ack", "bus")):
@@ -243,6 +245,7 @@ class Fuzz:
         self.arm.set_power(joint, on)
 
     def heal(self) -> None:
+        self.home_in_doubt = False
         self.faulty.clear()
         self.arm.set_motor_power(True)
         for name in NAMES:
@@ -286,7 +289,7 @@ class Fuzz:
         for joint, told, quality in zip(ARM.joints, state.positions, state.qualities, strict=True):
             # An original joint whose motor lost its supply while it homed is wrong about its home.
             # It has no torque until it starts again, which makes it forget that home.
-            lost = self.v1 and self.blow_name == "estop" and not self.arm.has_torque(joint.name)
+            lost = self.home_in_doubt and not self.arm.has_torque(joint.name)
             if quality is Quality.FRESH and not lost:
                 true = self.arm.position(joint.name)
                 assert abs(told - true) < NEAR_ENOUGH[joint.unit], (
