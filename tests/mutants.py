@@ -403,6 +403,20 @@ MUTANTS = (
         HOST,
     ),
     Mutant(
+        "a setpoint's time counts from its arrival",
+        "Tracker::setpoint",
+        "interval_ + kTickSeconds - age",
+        "interval_ + kTickSeconds * (age - age + 1.0F)",
+        HOST,
+    ),
+    Mutant(
+        "a lost setpoint is no new interval",
+        "Tracker::setpoint",
+        "alike(gap, gap_)",
+        "true",
+        HOST,
+    ),
+    Mutant(
         "the least deceleration after a fault",
         "Joint::latch",
         "kBriskDeceleration",

@@ -53,6 +53,7 @@ void Joint::boot() {
 }
 
 void Joint::tick() {
+  began_ = hal_.micros();
   sense();
   Command command;
   while (wire_.take(command)) execute(command);

@@ -158,6 +158,8 @@ class Joint {
   float run_velocity_ = 0.0F;
   int still_ = 0;
   uint32_t fed_ = 0;
+  // When the present tick began.
+  uint32_t began_ = 0;
 };
 
 }  // namespace bioscara

@@ -190,7 +190,7 @@ void Joint::track(const Command& command) {
   if (state_ != JointState::TRACKING) tracker_.start(reference(), motion_.velocity());
   tracker_.setpoint(command.number * kStepsPerDegree,
                     clamp(command.velocity * kStepsPerRpm, -max_velocity_, max_velocity_),
-                    command.micros);
+                    command.micros, began_);
   state_ = JointState::TRACKING;
   alone_ = false;
 }
