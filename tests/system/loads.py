@@ -91,6 +91,16 @@ def speeds(seen: np.ndarray) -> np.ndarray:
     return batch.tool_speeds(KINEMATICS, seen[:, 1:5], seen[:, 5:])
 
 
+def alone(seen: np.ndarray) -> np.ndarray:
+    """Return the sum of the tool speeds that each joint's load alone would cause [m/s]."""
+    total = np.zeros(len(seen))
+    for column in range(5, 9):
+        rates = np.zeros((len(seen), 4))
+        rates[:, column - 5] = seen[:, column]
+        total += batch.tool_speeds(KINEMATICS, seen[:, 1:5], rates)
+    return total
+
+
 def carried_on(seen: np.ndarray, since: float) -> tuple[float, float]:
     """Return the distance of the tool from a time on [m], and when it last moved by 10 mm/s [s]."""
     tail = seen[seen[:, 0] >= since]
