@@ -71,7 +71,7 @@ WORKERS := $(shell $(PYTHON) -c 'import os; print(1 + (os.cpu_count() or 1))' 2>
 test: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.ros2)
 	@status=0; \
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
-	$(BIN)/python -m pytest -n 3 --dist worksteal -m realtime --ignore-glob='$(EMULATED)' || status=1; \
+	$(BIN)/python -m pytest -n 3 --dist worksteal -m realtime --ignore-glob='$(EMULATED)' tests || status=1; \
 	exit $$status
 
 check: lint types layers fresh

@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -36,6 +37,33 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 os.environ["BIOSCARA_RUNTIME"] = tempfile.mkdtemp(prefix="b")
 atexit.register(shutil.rmtree, os.environ["BIOSCARA_RUNTIME"], ignore_errors=True)
 os.environ.pop("BIOSCARA_ARM", None)
+
+
+def _names_realtime(module: Path) -> bool:
+    """Return whether a module or the conftest beside it has the mark of tests in real time."""
+    conftest = module.with_name("conftest.py")
+    texts = [path.read_text() for path in (module, conftest) if path.exists()]
+    return any("realtime" in text for text in texts)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import no module in vain where only tests in real time run, or all but these."""
+    chosen = config.option.markexpr
+    if collection_path.suffix != ".py":
+        return None
+    if chosen == "realtime" and not _names_realtime(collection_path):
+        return True
+    if chosen == "not realtime":
+        return "\npytestmark = pytest.mark.realtime\n" in collection_path.read_text() or None
+    return None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Require that no test in real time is left out by the hook above."""
+    for item in items:
+        if item.get_closest_marker("realtime") and not _names_realtime(item.path):
+            raise pytest.UsageError(f"{item.nodeid}: its module does not name the mark realtime")
 
 
 @pytest.fixture(scope="module")
