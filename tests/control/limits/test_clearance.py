@@ -218,6 +218,8 @@ def raw_values(forward: Raw | ForwardCommandController, rng: np.random.Generator
     [
         *((kind, ()) for kind in KINDS),
         *((kind, (0.23, 0.107)) for kind in ("position", "both", "mixed")),
+        # Of full speed.
+        ("position", (0.025,)),
     ],
 )
 def test_no_sample_of_a_random_stream_is_inside_the_margin(
@@ -294,6 +296,20 @@ def test_an_unverified_trajectory_ends_in_front_of_a_zone() -> None:
     back = controller.send_goal(arm.goal(START, 3.0, collision_checked=False), arm.now)
     arm.run(320)
     assert back.status is GoalStatus.SUCCEEDED
+
+
+@pytest.mark.parametrize("windows", [(), (0.025,), (0.23, 0.107)])
+@pytest.mark.parametrize("late", [2, 10, 20])
+def test_a_stop_that_another_controller_takes_over_ends_no_nearer(
+    windows: tuple[float, ...], late: int
+) -> None:
+    for number in range(6):
+        arm = Guarded(WALL, (START[0] - 0.0015 * number, *START[1:]), windows=windows)
+        forward = arm.stream("position", BEYOND)
+        arm.world.run_until(lambda arm=arm: arm.clearance.interventions >= late, 4.0)
+        arm.world.switch("hold", off=(forward.name,))
+        rows = arm.run(150)
+        assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin - 1e-9
 
 
 def test_a_swept_trajectory_is_not_checked_again() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from bioscara.control.braking import ramp
 from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
@@ -75,14 +78,17 @@ class HoldController(Controller[HoldParameters]):
             for speed, limit in zip(self._speed, self.parameters.max_deceleration, strict=True)
         )
         self._elapsed = 0.0
+        self._begin = math.nan
 
     def update(self, time: float, period: float) -> None:
         """Command the ramp, one cycle ahead, and then its end."""
+        if math.isnan(self._begin):
+            # The speeds are means of the cycle before: the ramp begins in its middle.
+            self._begin = 0.5 * period
         self._elapsed += period
-        duration = self._duration
-        at = min(self._elapsed, duration)
-        share = at - at * at / (2.0 * duration) if duration else 0.0
-        left = 1.0 - at / duration if duration else 0.0
+        duration, at = self._duration, self._begin + self._elapsed
+        share = ramp(at, duration) - ramp(self._begin, duration)
+        left = max(1.0 - at / duration, 0.0) if duration else 0.0
         count = len(self._start)
         for index, handle in enumerate(self.command_handles):
             if index < count:

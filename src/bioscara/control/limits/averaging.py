@@ -102,7 +102,7 @@ class Smoothing:
         if self._average is None:
             raise RuntimeError("nothing is averaged")
         count = math.ceil((duration + sum(self.windows)) / period) + 2
-        left = np.clip((0.5 - np.arange(count)) * (period / max(duration, period)) + 1.0, 0.0, 1.0)
+        left = np.clip(1.0 - np.arange(count) * (period / max(duration, period)), 0.0, 1.0)
         sent = self._average.ahead(left[:, None] * speeds, period)
         # An average bends so little that between its thirds it is straight to 0.2 mm.
         path = self.sent + sent.cumsum(axis=0) * period

@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping, MutableSequence, Sequence
 from typing import NamedTuple
 
+from bioscara.control.braking import braking_duration, braking_way, ramp
 from bioscara.control.limits.averaging import Smoothing
 from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.control.limits.limiter import CommandSource
@@ -97,10 +98,10 @@ class CollisionGuard:
             reason = self._refusal(period)
             if reason:
                 self._path = None
-                self._stop, self._starting_together = _Stop(self._joints, *self._before), True
+                self._stop, self._starting_together = self._stop_from_before(period), True
                 self._report(reason, self._stop.rest, unchecked)
             elif self._smoothing.awaits_rest:
-                self._stop = _Stop(self._joints, *self._before)
+                self._stop = self._stop_from_before(period)
         if self._stop is not None:
             self.interventions += 1
             self._since_stop = 0.0
@@ -112,6 +113,9 @@ class CollisionGuard:
             # Verified motions move the arm from now on, and may leave it anywhere.
             self._checking = self._starting_together = False
             self._stop_guard = self._path = None
+
+    def _stop_from_before(self, period: float) -> _Stop:
+        return _Stop(self._joints, *self._before, period)
 
     def _state(self) -> tuple[Values, Values]:
         """Return commanded positions and velocities; other joints as measured, at rest."""
@@ -133,7 +137,7 @@ class CollisionGuard:
             checker = self._stop_guard = StopGuard(arm, scene)
             self._path = None
         duration = _braking_time(joints, speeds)
-        half = duration / 2.0
+        half = braking_way(duration, period)
         reactions, together = (0.0,) * len(joints), True
         for joint in joints:
             if not joint.stops_inside(half):
@@ -177,7 +181,7 @@ class CollisionGuard:
         """Return where the joints come to rest [rad or m].
 
         Args:
-            half: Half of the time that they brake [s].
+            half: Time in which they would cover that way at their present velocities [s].
             reactions: How long each continues before braking [s].
         """
         return [
@@ -272,38 +276,41 @@ class _Stop:
     Args:
         joints: The joints.
         positions: Their positions [rad or m].
-        speeds: Their velocities [rad/s or m/s].
+        speeds: Their mean velocities in the cycle before [rad/s or m/s].
+        period: Of that cycle [s].
 
     Attributes:
         rest: Where they come to rest, by name [rad or m].
     """
 
     def __init__(
-        self, joints: Sequence[JointLimiter], positions: Sequence[float], speeds: Sequence[float]
+        self,
+        joints: Sequence[JointLimiter],
+        positions: Sequence[float],
+        speeds: Sequence[float],
+        period: float,
     ) -> None:
-        self._duration, self._elapsed = _braking_time(joints, speeds), 0.0
+        self._duration, self._begin = _braking_time(joints, speeds), 0.5 * period
+        self._elapsed = self._begin
         self.rest: dict[str, float] = {}
         self._ramps = []
         for joint, position, speed in zip(joints, positions, speeds, strict=True):
-            self.rest[joint.name] = rest = joint.within(position + speed * self._duration / 2.0)
-            duration = 2.0 * (rest - position) / speed if speed else 0.0
+            way = braking_way(self._duration, period)
+            self.rest[joint.name] = rest = joint.within(position + speed * way)
+            short = max((rest - position) / speed, 0.0) if speed else 0.0
+            duration = braking_duration(short, period) if speed else 0.0
             self._ramps.append((joint, position, speed, duration))
 
     def step(self, period: float) -> bool:
         """Command one more cycle; return whether it is the last: one in which the arm stands."""
         before, self._elapsed = self._elapsed, self._elapsed + period
         for joint, position, speed, duration in self._ramps:
-            start, end = _ramp(before, duration), _ramp(self._elapsed, duration)
+            first = ramp(self._begin, duration)
+            start, end = ramp(before, duration) - first, ramp(self._elapsed, duration) - first
             left = max(1.0 - self._elapsed / duration, 0.0) if duration else 0.0
             mean = speed * (end - start) / period
             joint.replace_command(position + speed * end, mean, speed * left, period)
         return before >= self._duration
-
-
-def _ramp(time: float, duration: float) -> float:
-    """Return the time in which the initial speed would cover the displacement at ``time`` [s]."""
-    at = min(time, duration)
-    return at - at * at / (2.0 * duration) if duration else 0.0
 
 
 def _at_once(reactions: Sequence[float], speeds: Sequence[float]) -> bool:
