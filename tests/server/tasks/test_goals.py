@@ -18,8 +18,15 @@ from bioscara.sim import FirmwareBus
 from served import HALF, NAME, arm_served, eventually
 
 
+def kept(kind: type) -> int:
+    """Return how many objects of a kind there are; other tests of this process leave some."""
+    gc.collect()
+    return sum(isinstance(each, kind) for each in gc.get_objects())
+
+
 def test_old_goals_that_failed_keep_no_trajectories(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(goals, "TRAJECTORIES", 1)
+    others = kept(PreparedGoal)
     with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
         bus = served.robot.arm.session.bus
         assert isinstance(bus, FirmwareBus)
@@ -35,15 +42,15 @@ def test_old_goals_that_failed_keep_no_trajectories(monkeypatch: pytest.MonkeyPa
             robot.move_joints(HALF)
         failed = [goal for goal in served.owner.goals.all if goal.operation.status is Status.FAILED]
         assert len(failed) == 4
-        gc.collect()
         # Of the last goal, which is kept.
-        assert sum(isinstance(each, PreparedGoal) for each in gc.get_objects()) <= 1
+        assert kept(PreparedGoal) - others <= 1
 
 
 def test_the_faults_that_were_acknowledged_by_old_goals_are_dropped(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(goals, "TRAJECTORIES", 1)
+    others = kept(ArmFault)
     with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
         bus = served.robot.arm.session.bus
         assert isinstance(bus, FirmwareBus)
@@ -54,9 +61,8 @@ def test_the_faults_that_were_acknowledged_by_old_goals_are_dropped(
             bus.arm.overheat("j3", False)
             robot.acknowledge()
             robot.recover()
-        gc.collect()
         # Of the last goal, of the owner, and of its last event.
-        assert sum(isinstance(each, ArmFault) for each in gc.get_objects()) <= 2
+        assert kept(ArmFault) - others <= 2
 
 
 def test_the_trajectories_of_the_latest_goals_are_kept_and_the_results_of_more(
