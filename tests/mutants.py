@@ -409,7 +409,7 @@ MUTANTS = (
         "a setpoint's time counts from its arrival",
         "Tracker::setpoint",
         "interval_ + kTickSeconds - age",
-        "interval_ + kTickSeconds * (age - age + 1.0F)",
+        "interval_",
         HOST,
     ),
     Mutant(
@@ -1087,7 +1087,7 @@ MUTANTS = (
     Mutant(
         "the path to rest is checked",
         "CollisionGuard._rest",
-        "within(joint.after(half + more))",
+        "within(joint.after(way + more))",
         "after(0.0)",
         CLEARANCE,
     ),

@@ -137,12 +137,12 @@ class CollisionGuard:
             checker = self._stop_guard = StopGuard(arm, scene)
             self._path = None
         duration = _braking_time(joints, speeds)
-        half = braking_way(duration, period)
+        way = braking_way(duration, period)
         reactions, together = (0.0,) * len(joints), True
         for joint in joints:
-            if not joint.stops_inside(half):
+            if not joint.stops_inside(way):
                 reactions = tuple([each.reaction(period) for each in joints])
-                together = self._inside(half, reactions) and _at_once(reactions, speeds)
+                together = self._inside(way, reactions) and _at_once(reactions, speeds)
                 break
         averaged = smoothing.active
         path = _StoppingPath(here, speeds, duration, max(reactions), averaged, together)
@@ -150,7 +150,7 @@ class CollisionGuard:
         self._path = path
         if self._spare > 0.0:
             return ""
-        rest = self._rest(half, reactions)
+        rest = self._rest(way, reactions)
         corners: Sequence[Sequence[float]] | Array = [before, here, rest]
         states = [here, rest]
         if averaged:
@@ -170,22 +170,22 @@ class CollisionGuard:
         self._starting_together = self._starting_together and self._spare < COARSE
         return ""
 
-    def _inside(self, half: float, reactions: Values) -> bool:
+    def _inside(self, way: float, reactions: Values) -> bool:
         """Return whether all joints come to rest where none has to stop before the others."""
         ends = [
-            joint.after(half + more) for joint, more in zip(self._joints, reactions, strict=True)
+            joint.after(way + more) for joint, more in zip(self._joints, reactions, strict=True)
         ]
-        return self._rest(half, reactions) == ends
+        return self._rest(way, reactions) == ends
 
-    def _rest(self, half: float, reactions: Values) -> list[float]:
+    def _rest(self, way: float, reactions: Values) -> list[float]:
         """Return where the joints come to rest [rad or m].
 
         Args:
-            half: Time in which they would cover that way at their present velocities [s].
+            way: Time in which their velocities would cover their braking distances [s].
             reactions: How long each continues before braking [s].
         """
         return [
-            joint.within(joint.after(half + more))
+            joint.within(joint.after(way + more))
             for joint, more in zip(self._joints, reactions, strict=True)
         ]
 
@@ -297,8 +297,8 @@ class _Stop:
         for joint, position, speed in zip(joints, positions, speeds, strict=True):
             way = braking_way(self._duration, period)
             self.rest[joint.name] = rest = joint.within(position + speed * way)
-            short = max((rest - position) / speed, 0.0) if speed else 0.0
-            duration = braking_duration(short, period) if speed else 0.0
+            own = max((rest - position) / speed, 0.0) if speed else 0.0
+            duration = braking_duration(own, period) if speed else 0.0
             self._ramps.append((joint, position, speed, duration))
 
     def step(self, period: float) -> bool:
