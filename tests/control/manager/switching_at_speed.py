@@ -79,9 +79,14 @@ class Watch:
 
 def switch_at_random(count: int, seed: int) -> Outcome:
     """Home an arm and switch its controllers at random times, in motion or at rest."""
-    # Driven to and fro at its full acceleration, j3 loses its reference under any controller.
+    # Commands to and fro happen to be in step with the swing of j3's belt for some periods. At half its
+    # acceleration it stalls once in some 100,000 switches, under any controller.
     joints = [
-        replace(joint, max_acceleration=0.5 * joint.max_acceleration) for joint in PARAMETERS.joints
+        replace(
+            joint,
+            max_acceleration=(0.35 if joint.name == "j3" else 0.5) * joint.max_acceleration,
+        )
+        for joint in PARAMETERS.joints
     ]
     world = World(at={"j1": 0.0, "j2": 0.17, "j3": 0.0, "j4": 0.0}, frequency=None, joints=joints)
     dice, manager = random.Random(seed), world.manager
