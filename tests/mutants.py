@@ -1449,6 +1449,20 @@ MUTANTS = (
         ("tests/system/test_load_speed.py",),
     ),
     Mutant(
+        "hold begins to brake in the middle of the cycle before",
+        "HoldController.update",
+        "0.5 * period",
+        "0.0",
+        ("tests/control/limits/test_clearance.py",),
+    ),
+    Mutant(
+        "the collision guard begins to brake in the middle of the cycle before",
+        "_Stop.__init__",
+        "0.5 * period",
+        "0.0",
+        ("tests/control/limits/test_clearance.py",),
+    ),
+    Mutant(
         "jogs do not make belts swing",
         "Planner.jog",
         "workspace.windows,",

@@ -28,14 +28,15 @@ def stand_in(monkeypatch: pytest.MonkeyPatch, prefix: Path) -> None:
     launch_stand_in.install(monkeypatch, prefix)
 
 
-@pytest.fixture(scope="session")
+# The processes end with the last test of this folder: idle, they take a quarter of a core.
+@pytest.fixture(scope="package")
 def ros_rig() -> Iterator[Rig]:
     """Return the rig, in which processes are started."""
     with rig() as made:
         yield made
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def ros(ros_rig: Rig) -> Iterator[Ros]:
     """Return clients of a node of a homed arm; the owner and the node run."""
     with ros_rig.owner(*HALF), ros_rig.node(), ros_rig.clients() as clients:

@@ -79,8 +79,8 @@ class Watch:
 
 def switch_at_random(count: int, seed: int) -> Outcome:
     """Home an arm and switch its controllers at random times, in motion or at rest."""
-    # Commands to and fro happen to be in step with the swing of j3's belt for some periods. At half its
-    # acceleration it stalls once in some 100,000 switches, under any controller.
+    # Commands to and fro are sometimes in step with the swing of j3's belt for some periods. At
+    # half its acceleration it stalls once in some 100,000 switches, under any controller.
     joints = [
         replace(
             joint,
