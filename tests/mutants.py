@@ -1463,6 +1463,20 @@ MUTANTS = (
         ("tests/control/limits/test_clearance.py",),
     ),
     Mutant(
+        "a stop begun under velocity control does not continue under position control",
+        "CollisionGuard._commanded",
+        "joint.velocity_alone",
+        "False",
+        ("tests/control/limits/test_clearance.py",),
+    ),
+    Mutant(
+        "velocities rise gently after a stop in front of an obstacle",
+        "CollisionGuard.prepare",
+        "_RESTART, period",
+        "1.0, period",
+        ("tests/control/limits/test_clearance.py",),
+    ),
+    Mutant(
         "jogs do not make belts swing",
         "Planner.jog",
         "workspace.windows,",

@@ -28,6 +28,11 @@ _QUIET = 1.0
 """Time without braking after which braking for the same reason is reported again [s]."""
 
 
+_RESTART = 0.25
+"""Share of its acceleration with which a joint starts again in front of an obstacle: starts and
+stops in step with a belt would make it swing until the motor stalls."""
+
+
 class CollisionGuard:
     """Brakes all joints together before the arm comes too near to an obstacle.
 
@@ -61,7 +66,7 @@ class CollisionGuard:
         self._stop: _Stop | None = None
         self._checking = self._starting_together = False
         self._before: tuple[Values, Values] = ((), ())
-        self._stop_commands: list[float | None] = []
+        self._stop_commands: list[tuple[float, bool] | None] = []
         self._path: _StoppingPath | None = None
         self._spare = 0.0
         self._last_warning, self._since_stop = "", math.inf
@@ -79,10 +84,14 @@ class CollisionGuard:
         if self._checking:
             self._before = self._state()
             if self._stop is not None and self._commanded() != self._stop_commands:
-                # Joints were released in between: the stop that was begun does not apply any more.
+                # Joints were released in between, or their positions are commanded instead of their
+                # velocities, with which they do not stay on the path of the stop that was begun.
                 self._stop = None
             if self._starting_together and self._stop is None:
                 self._start_together(period)
+            if self._since_stop < _QUIET:
+                for joint in self._joints:
+                    joint.speed_up_gently(_RESTART, period)
 
     def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Brake where necessary; to be called after all other bounds.
@@ -122,9 +131,12 @@ class CollisionGuard:
         here, speeds = zip(*[joint.state for joint in self._joints], strict=True)
         return here, speeds
 
-    def _commanded(self) -> list[float | None]:
-        """Return the commanded position of each joint, None for those without a command."""
-        return [joint.reference if joint.commanded else None for joint in self._joints]
+    def _commanded(self) -> list[tuple[float, bool] | None]:
+        """Return position and kind of each joint's command, None for those without one."""
+        return [
+            (joint.reference, joint.velocity_alone) if joint.commanded else None
+            for joint in self._joints
+        ]
 
     def _refusal(self, period: float) -> str:
         """Return why the arm may not continue to the commanded state; empty if it may."""

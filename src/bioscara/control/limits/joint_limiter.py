@@ -79,6 +79,11 @@ class JointLimiter:
         return bool(self._position_command.owner or self._velocity_command.owner)
 
     @property
+    def velocity_alone(self) -> bool:
+        """Whether its velocity is claimed and its position is not."""
+        return bool(self._velocity_command.owner and not self._position_command.owner)
+
+    @property
     def state(self) -> tuple[float, float]:
         """Position and velocity that are commanded; else measured, at rest."""
         if self._position_command.owner or self._velocity_command.owner:
@@ -157,17 +162,25 @@ class JointLimiter:
         Args:
             period: Time from cycle to cycle [s].
         """
-        if self._position_command.owner or not self._velocity_command.owner:
-            return 0.0
-        return _REACTION + 2.0 * period
+        return _REACTION + 2.0 * period if self.velocity_alone else 0.0
 
     @property
     def requested_velocity(self) -> float:
         """Requested velocity where velocity alone is commanded, else 0 [rad/s or m/s]."""
-        if self._position_command.owner or not self._velocity_command.owner:
-            return 0.0
         asked = self._velocity_command.value
-        return asked if isfinite(asked) else 0.0
+        return asked if self.velocity_alone and isfinite(asked) else 0.0
+
+    def speed_up_gently(self, share: float, period: float) -> None:
+        """Let a requested velocity rise with a share of the joint's acceleration.
+
+        Args:
+            share: Of its highest acceleration.
+            period: Time since the last cycle [s].
+        """
+        asked, speed = self.requested_velocity, self.speed
+        if abs(asked) > abs(speed) and asked * speed >= 0.0:
+            step = share * self.max_acceleration * period
+            self._velocity_command.value = min(max(asked, speed - step), speed + step)
 
     def scale_request(self, share: float) -> None:
         """Scale a requested velocity by ``share``, as :meth:`slow_down` does."""
