@@ -420,6 +420,19 @@ def test_velocities_towards_an_obstacle_stall_no_motor() -> None:
         arm.run(500)
 
 
+@pytest.mark.parametrize("late", [3, 7, 11])
+@pytest.mark.parametrize("windows", [(0.23, 0.107), (0.107,)])
+def test_averages_of_late_cycles_keep_to_the_limits(windows: tuple[float, ...], late: int) -> None:
+    for bound in ("upper", "lower"):
+        arm = Guarded(FREE, (0.3, 0.2, 0.0, 0.0), windows=windows)
+        arm.stream("position", (0.3, 0.2, 0.0, getattr(JOINTS[3], bound)))
+        for cycle in range(200):
+            if cycle == late:
+                arm.world.arm.run(0.01)
+            rows = arm.run(1)
+        assert rows[-1, 3] == pytest.approx(getattr(JOINTS[3], bound), abs=1e-3)
+
+
 @pytest.mark.parametrize("windows", [(0.23, 0.107), (0.025,)])
 def test_a_stream_may_continue_before_the_hold_has_ended(windows: tuple[float, ...]) -> None:
     # Its average goes on for half the windows: begun in motion, it ended inside the margin.

@@ -77,10 +77,11 @@ class Smoothing:
         one, two, three, four = self._joints
         bounded = one.state[1], two.state[1], three.state[1], four.state[1]
         a, b, c, d = self._average.step(bounded, period)
-        one.send(a, period)
-        two.send(b, period)
-        three.send(c, period)
-        four.send(d, period)
+        at, bt, ct, dt = self.sent
+        one.send(a, at, period)
+        two.send(b, bt, period)
+        three.send(c, ct, period)
+        four.send(d, dt, period)
 
     def stopping_path(
         self, speeds: Sequence[float], duration: float, period: float, rest: Sequence[float]

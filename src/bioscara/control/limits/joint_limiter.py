@@ -240,11 +240,12 @@ class JointLimiter:
         self.lag = 0.0
         self._requested, self._requested_speed = self.reference, self.speed
 
-    def send(self, speed: float, period: float) -> None:
+    def send(self, speed: float, before: float, period: float) -> None:
         """Send another velocity than the bounded one, and the position that follows from it.
 
         Args:
             speed: Of this cycle [rad/s or m/s].
+            before: Position that was sent in the cycle before [rad or m].
             period: Time since the last cycle [s].
         """
         position, velocity = self._position_command, self._velocity_command
@@ -254,10 +255,14 @@ class JointLimiter:
         lag = self.lag + (self.speed - speed) * period
         if not speed and abs(lag) < _RESIDUE:
             lag = 0.0
-        self.lag, self.speed = lag, speed
         if position.owner:
-            self.reference -= lag
-            position.value = self.reference
+            sent = self.reference - lag
+            if not self._lower <= sent <= self._upper:
+                # The average of cycles of unequal length ends a little beside the bounded position.
+                sent = min(max(sent, min(self._lower, before)), max(self._upper, before))
+                lag, speed = self.reference - sent, (sent - before) / period
+            self.reference = position.value = sent
+        self.lag, self.speed = lag, speed
         if velocity.owner:
             velocity.value = speed
 

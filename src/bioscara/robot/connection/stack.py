@@ -138,7 +138,7 @@ class Stack:
 
     def use_workspace(self, workspace: Workspace) -> None:
         """Bound every command by another tool, scene and speed limit, from the next cycle on."""
-        cap, guard, windows = self.tool_speed, self.collision_guard, workspace.windows
+        cap, guard, windows = self.tool_speed, self.collision_guard, workspace.raw_windows
         cap.limit, cap.speed_of = workspace.commanded_speed, workspace.kinematics.tool_speed
         cap.share, cap.soon = UNPLANNED_SHARE, (sum(windows) / 2.0, sum(windows))
         self.smoothing.windows = windows

@@ -64,6 +64,15 @@ class Workspace:
         return self.parameters.belt_periods[:2] if self.reduced_speed else (JERK_TIME,)
 
     @property
+    def raw_windows(self) -> tuple[float, ...]:
+        """The same for raw commands [s], which may jump to and fro in step with a belt.
+
+        At full speed the second longest period remains: that belt's motor would stall.
+        """
+        first = 0 if self.reduced_speed else 1
+        return self.parameters.belt_periods[first:2]
+
+    @property
     def commanded_speed(self) -> float:
         """Highest commanded speed of the tool and its load [m/s].
 
