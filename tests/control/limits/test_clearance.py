@@ -32,6 +32,7 @@ from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.collision.swept import SLACK
 from bioscara.planning.motions.jog import JogGenerator, JointVelocity, ToolVelocity
 from bioscara.robot import kinematics_of
+from bioscara.robot.workspace.workspace import Workspace
 from control.control_stack import BOTH, NAMES, PARAMETERS, World
 from control.scripted_controller import WildParameters
 from planning.sampled_contact import touched
@@ -418,6 +419,15 @@ def test_velocities_towards_an_obstacle_stall_no_motor() -> None:
         velocities = [rng.uniform(-1.0, 1.0) * joint.max_velocity for joint in PARAMETERS.joints]
         arm.stream("velocity", velocities)
         arm.run(500)
+
+
+def test_a_small_step_at_full_speed_stalls_no_motor() -> None:
+    # It accelerates and brakes for half a period of j3's belt each.
+    windows = Workspace.of(PARAMETERS, reduced_speed=False).raw_windows
+    arm = Guarded(FREE, windows=windows, joints=PARAMETERS.joints)
+    arm.stream("position", (*START[:2], START[2] + 0.0248, START[3]))
+    rows = arm.run(60)
+    assert rows[-1, 2] == pytest.approx(START[2] + 0.0248, abs=1e-9)
 
 
 @pytest.mark.parametrize("late", [3, 7, 11])
