@@ -1470,10 +1470,17 @@ MUTANTS = (
         ("tests/control/limits/test_clearance.py",),
     ),
     Mutant(
-        "velocities rise gently after a stop in front of an obstacle",
-        "CollisionGuard.prepare",
-        "_RESTART, period",
-        "1.0, period",
+        "raw commands at full speed do not swing the belt of j3",
+        "Workspace.raw_windows",
+        "self.parameters.belt_periods[first:2]",
+        "self.windows",
+        ("tests/control/limits/test_clearance.py",),
+    ),
+    Mutant(
+        "averages keep to the limits of the joints",
+        "JointLimiter.send",
+        "not self._lower <= sent <= self._upper",
+        "False",
         ("tests/control/limits/test_clearance.py",),
     ),
     Mutant(

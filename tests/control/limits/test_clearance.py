@@ -47,6 +47,7 @@ JOINTS = [
 START = (0.3, 0.2, 0.8, -0.5)
 BEYOND = (1.5, 0.2, 0.8, -0.5)
 FREE = Scene()
+FULL_SPEED = Workspace.of(PARAMETERS, reduced_speed=False).raw_windows
 WALL = Scene((Box("wall", (-0.2, 0.62, 0.0), (0.6, 0.9, 0.6)),))
 KINDS: Mapping[str, tuple[tuple[str, Sequence[str]], ...]] = {
     "position": (("position", NAMES),),
@@ -222,8 +223,7 @@ def raw_values(forward: Raw | ForwardCommandController, rng: np.random.Generator
     [
         *((kind, ()) for kind in KINDS),
         *((kind, (0.23, 0.107)) for kind in ("position", "both", "mixed")),
-        # Of full speed.
-        ("position", (0.025,)),
+        ("position", FULL_SPEED),
     ],
 )
 def test_no_sample_of_a_random_stream_is_inside_the_margin(
@@ -306,7 +306,7 @@ def test_an_unverified_trajectory_ends_in_front_of_a_zone() -> None:
     assert back.status is GoalStatus.SUCCEEDED
 
 
-@pytest.mark.parametrize("windows", [(), (0.025,), (0.23, 0.107)])
+@pytest.mark.parametrize("windows", [(), FULL_SPEED, (0.23, 0.107)])
 @pytest.mark.parametrize("late", [2, 10, 20])
 def test_a_stop_that_another_controller_takes_over_ends_no_nearer(
     windows: tuple[float, ...], late: int
@@ -391,7 +391,7 @@ def test_hold_takes_over_from_a_stream_that_had_room_to_stop() -> None:
         arm.return_to_start()
 
 
-@pytest.mark.parametrize("windows", [(), (0.025,), (0.23, 0.107)])
+@pytest.mark.parametrize("windows", [(), FULL_SPEED, (0.23, 0.107)])
 @pytest.mark.parametrize("late", [3, 8, 13])
 def test_hold_takes_over_from_velocities_that_are_being_stopped(
     windows: tuple[float, ...], late: int
@@ -414,8 +414,7 @@ def test_velocities_towards_an_obstacle_stall_no_motor() -> None:
     # Stops and starts in step with the belt of j3, each with all of its acceleration, stalled it.
     rng = np.random.default_rng(1)
     for _ in range(6):
-        # As at full speed.
-        arm = Guarded(FREE, windows=(0.025,), joints=PARAMETERS.joints)
+        arm = Guarded(FREE, windows=FULL_SPEED, joints=PARAMETERS.joints)
         velocities = [rng.uniform(-1.0, 1.0) * joint.max_velocity for joint in PARAMETERS.joints]
         arm.stream("velocity", velocities)
         arm.run(500)
@@ -423,15 +422,14 @@ def test_velocities_towards_an_obstacle_stall_no_motor() -> None:
 
 def test_a_small_step_at_full_speed_stalls_no_motor() -> None:
     # It accelerates and brakes for half a period of j3's belt each.
-    windows = Workspace.of(PARAMETERS, reduced_speed=False).raw_windows
-    arm = Guarded(FREE, windows=windows, joints=PARAMETERS.joints)
+    arm = Guarded(FREE, windows=FULL_SPEED, joints=PARAMETERS.joints)
     arm.stream("position", (*START[:2], START[2] + 0.0248, START[3]))
     rows = arm.run(60)
     assert rows[-1, 2] == pytest.approx(START[2] + 0.0248, abs=1e-9)
 
 
 @pytest.mark.parametrize("late", [3, 7, 11])
-@pytest.mark.parametrize("windows", [(0.23, 0.107), (0.107,)])
+@pytest.mark.parametrize("windows", [(0.23, 0.107), FULL_SPEED])
 def test_averages_of_late_cycles_keep_to_the_limits(windows: tuple[float, ...], late: int) -> None:
     for bound in ("upper", "lower"):
         arm = Guarded(FREE, (0.3, 0.2, 0.0, 0.0), windows=windows)
@@ -443,7 +441,7 @@ def test_averages_of_late_cycles_keep_to_the_limits(windows: tuple[float, ...], 
         assert rows[-1, 3] == pytest.approx(getattr(JOINTS[3], bound), abs=1e-3)
 
 
-@pytest.mark.parametrize("windows", [(0.23, 0.107), (0.025,)])
+@pytest.mark.parametrize("windows", [(0.23, 0.107), FULL_SPEED])
 def test_a_stream_may_continue_before_the_hold_has_ended(windows: tuple[float, ...]) -> None:
     # Its average goes on for half the windows: begun in motion, it ended inside the margin.
     arm = Guarded(WALL, windows=windows)

@@ -28,11 +28,6 @@ _QUIET = 1.0
 """Time without braking after which braking for the same reason is reported again [s]."""
 
 
-_RESTART = 0.25
-"""Share of its acceleration with which a joint starts again in front of an obstacle: starts and
-stops in step with a belt would make it swing until the motor stalls."""
-
-
 class CollisionGuard:
     """Brakes all joints together before the arm comes too near to an obstacle.
 
@@ -89,9 +84,6 @@ class CollisionGuard:
                 self._stop = None
             if self._starting_together and self._stop is None:
                 self._start_together(period)
-            if self._since_stop < _QUIET:
-                for joint in self._joints:
-                    joint.speed_up_gently(_RESTART, period)
 
     def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Brake where necessary; to be called after all other bounds.

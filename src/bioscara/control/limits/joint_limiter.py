@@ -170,18 +170,6 @@ class JointLimiter:
         asked = self._velocity_command.value
         return asked if self.velocity_alone and isfinite(asked) else 0.0
 
-    def speed_up_gently(self, share: float, period: float) -> None:
-        """Let a requested velocity rise with a share of the joint's acceleration.
-
-        Args:
-            share: Of its highest acceleration.
-            period: Time since the last cycle [s].
-        """
-        asked, speed = self.requested_velocity, self.speed
-        if abs(asked) > abs(speed) and asked * speed >= 0.0:
-            step = share * self.max_acceleration * period
-            self._velocity_command.value = min(max(asked, speed - step), speed + step)
-
     def scale_request(self, share: float) -> None:
         """Scale a requested velocity by ``share``, as :meth:`slow_down` does."""
         if self.requested_velocity:
