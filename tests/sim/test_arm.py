@@ -10,10 +10,13 @@ from bioscara.errors import (
     InvalidArgumentError,
     NoAcknowledgeError,
 )
+from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
+from firmware.host import Host
 
 PING = Transaction(0x11, b"\x0f", 2)
 HELLO = b"\xc0\x01"
+JOINTS = ("j1", "j2", "j3", "j4")
 
 
 def test_the_same_seed_gives_the_same_bytes() -> None:
@@ -28,6 +31,44 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
 
     assert story(5) == story(5)
     assert story(5) != story(6)
+
+
+def test_a_joint_at_rest_is_simulated_as_if_each_of_its_steps_were_computed() -> None:
+    def story(*, looks: bool) -> list[object]:
+        arm = SimulatedArm(seed=1, positions={"j1": -2.0, "j2": 0.2, "j3": 1.0, "j4": -1.0})
+        hosts = [Host(name, arm) for name in JOINTS]
+        states: list[object] = []
+
+        def passes() -> None:
+            # After each look at its position a joint is computed again.
+            for _ in range(6000 if looks else 0):
+                arm.run(51.2e-6)
+                for name in JOINTS:
+                    arm.position(name)
+            arm.run(0.0 if looks else 6000 * 51.2e-6)
+            states.extend((arm.position(name), arm.load_angle(name)) for name in JOINTS)
+
+        for force in (0.3, 5.0, 0.0):
+            arm.push("j1", force)
+            passes()
+        assert abs(arm.position("j1") + 2.0) > 0.1
+        for host in hosts:
+            host.enable(30)
+        passes()
+        for host in hosts:
+            host.write(Register.SETRPM, 10.0)
+        passes()
+        arm.push("j3", 1.0)
+        arm.slip_belt("j4", 0.01)
+        arm.set_friction("j2", 0.1)
+        passes()
+        arm.set_motor_power(False)
+        passes()
+        arm.add_obstacle("j2", arm.position("j2") - 1e-3)
+        passes()
+        return states
+
+    assert story(looks=False) == story(looks=True)
 
 
 def test_no_device_answers_elsewhere_or_without_power() -> None:

@@ -107,11 +107,18 @@ void Board::advance(Time now) {
     driver_.step();
     const Supply supply{driver_.field(), kFullCurrent * driver_.current_share(enabled_),
                         driver_.chops(), enabled_ && driver_.brakes()};
-    mechanics_.step(
-        motor_.torque(supply, mechanics_.rotor_turns(), mechanics_.rotor_speed()));
+    if (!settled_ || !(supply == supply_)) step(supply);
     next_step_ += kRamp;
   }
   now_ = now;
+}
+
+void Board::step(const Supply& supply) {
+  const bool stood = mechanics_.stands();
+  mechanics_.step(
+      motor_.torque(supply, mechanics_.rotor_turns(), mechanics_.rotor_speed()));
+  settled_ = stood && mechanics_.stands() && motor_.settled();
+  supply_ = supply;
 }
 
 void Board::run_original() {

@@ -56,7 +56,11 @@ class Board final : private Hal {
   // The controller's own watchdog, which a debugger can switch off.
   void set_watchdog(bool on) { watchdog_on_ = on; }
 
-  Mechanics& mechanics() { return mechanics_; }
+  // For changes from outside, after which a joint at rest has to be computed again.
+  Mechanics& mechanics() {
+    settled_ = false;
+    return mechanics_;
+  }
   const Mechanics& mechanics() const { return mechanics_; }
   Tmc5130Chip& driver() { return driver_; }
   Tle5012bChip& encoder() { return encoder_; }
@@ -81,6 +85,8 @@ class Board final : private Hal {
   void unlock() override {}
   void start();
   void run_original();
+  // One step of motor and mechanics.
+  void step(const Supply& supply);
   double noise();
 
   const Configuration configuration_;
@@ -90,6 +96,10 @@ class Board final : private Hal {
   Motor motor_;
   Tmc5130Chip driver_;
   Tle5012bChip encoder_;
+  // That of the last step. Where this step changed nothing, another one with it would not either:
+  // a joint at rest is not computed again.
+  Supply supply_{};
+  bool settled_ = false;
   std::optional<Joint> joint_;
   std::optional<OriginalJoint> original_;
   Time now_ = 0;

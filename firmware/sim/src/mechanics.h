@@ -41,6 +41,7 @@ class Mechanics {
 
   double rotor_turns() const;
   double rotor_speed() const { return rotor_speed_; }
+  bool stands() const { return rotor_speed_ == 0.0 && load_speed_ == 0.0; }
   // Position and velocity of the joint [rad or m, and per second].
   double position() const { return load_ / parameters_.reduction; }
   double velocity() const { return load_speed_ / parameters_.reduction; }

@@ -49,8 +49,10 @@ void Motor::drive(double& current, double wanted, double emf) {
 
 double Motor::torque(const Supply& supply, double turns, double speed) {
   const double drag = -parameters_.drag * speed / (1.0 + std::fabs(speed) / kDragKnee);
+  const double before_a = current_a_, before_b = current_b_;
   if (supply.current == 0.0 && !supply.shorted) {
     current_a_ = current_b_ = 0.0;
+    settled_ = before_a == 0.0 && before_b == 0.0;
     return drag;
   }
   const double angle = kPolePairs * turns;
@@ -65,6 +67,7 @@ double Motor::torque(const Supply& supply, double turns, double speed) {
     drive(current_a_, supply.current * sine(field + 0.25) - kOffset, emf_a);
     drive(current_b_, supply.current * sine(field), emf_b);
   }
+  settled_ = !supply.chopped && current_a_ == before_a && current_b_ == before_b;
   const double peak = k * supply.current;
   const double s2 = 2.0 * s * c, c2 = 1.0 - 2.0 * s * s;
   const double unsteady = supply.chopped ? kNoise * kRootOfTwelve * noise() : 0.0;

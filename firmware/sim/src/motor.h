@@ -27,6 +27,11 @@ struct Supply {
   bool shorted;
 };
 
+inline bool operator==(const Supply& one, const Supply& two) {
+  return one.field == two.field && one.current == two.current && one.chopped == two.chopped &&
+         one.shorted == two.shorted;
+}
+
 class Motor {
  public:
   Motor(const MotorParameters& parameters, std::uint32_t seed)
@@ -35,6 +40,8 @@ class Motor {
   // The torque on the rotor [N m] that stands at `turns` and turns at `speed` [rad/s], one step
   // later.
   double torque(const Supply& supply, double turns, double speed);
+  // The last step changed neither current, and the torque was free of noise.
+  bool settled() const { return settled_; }
 
  private:
   // Lets the chopper bring one phase current towards its target.
@@ -43,6 +50,7 @@ class Motor {
 
   const MotorParameters parameters_;
   double current_a_ = 0.0, current_b_ = 0.0;
+  bool settled_ = false;
   std::uint32_t random_;
 };
 

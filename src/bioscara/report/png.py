@@ -32,11 +32,16 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
     Raises:
         OSError: The file cannot be written.
     """
+    # Imported here: it takes a second to import.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+
+    figure.set_dpi(dpi)
     with warnings.catch_warnings():
         # The box shows it; a warning with this source line for each character would not help.
         warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
         with replacing(path) as partial:
-            figure.savefig(partial, dpi=dpi, format="png")
+            # Figure.savefig would draw it twice.
+            FigureCanvasAgg(figure).print_png(partial)  # type: ignore[no-untyped-call]
 
 
 def write(path: Path, summary: RunSummary, history: CycleHistory) -> None:
