@@ -1470,6 +1470,13 @@ MUTANTS = (
         ("tests/control/limits/test_clearance.py",),
     ),
     Mutant(
+        "averages of late cycles end where they were commanded",
+        "Smoothing.prepare",
+        "self._still > sum(self.windows) + period",
+        "False",
+        CLEARANCE,
+    ),
+    Mutant(
         "raw commands at full speed do not swing the belt of j3",
         "Workspace.raw_windows",
         "self.parameters.belt_periods[first:2]",

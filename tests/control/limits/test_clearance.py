@@ -442,6 +442,31 @@ def test_averages_of_late_cycles_keep_to_the_limits(windows: tuple[float, ...], 
 
 
 @pytest.mark.parametrize("windows", [(0.23, 0.107), FULL_SPEED])
+@pytest.mark.parametrize("interfaces", ["position", "both"])
+def test_averages_of_late_cycles_end_where_they_were_commanded(
+    windows: tuple[float, ...], interfaces: str
+) -> None:
+    arm, rng = Guarded(FREE, windows=windows), np.random.default_rng(3)
+    if interfaces == "both":
+        stream = arm.world.load("both", Raw.TYPE)
+        arm.world.switch("both")
+    else:
+        stream = arm.stream("position", START)
+    for _ in range(10):
+        goal = np.array(START) + rng.uniform(-0.05, 0.05, 4) * (1.0, 0.1, 1.0, 1.0)
+        if isinstance(stream, Raw):
+            stream.values = [*goal, *(0.0,) * 4]
+        else:
+            stream.command(list(goal))
+        rows = []
+        for _ in range(130):
+            if rng.random() < 0.2:
+                arm.world.arm.run(0.008)
+            rows.append(arm.run(1)[-1])
+        assert rows[-1] == pytest.approx(goal, abs=2e-8)
+
+
+@pytest.mark.parametrize("windows", [(0.23, 0.107), FULL_SPEED])
 def test_a_stream_may_continue_before_the_hold_has_ended(windows: tuple[float, ...]) -> None:
     # Its average goes on for half the windows: begun in motion, it ended inside the margin.
     arm = Guarded(WALL, windows=windows)

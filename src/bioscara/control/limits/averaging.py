@@ -46,6 +46,7 @@ class Smoothing:
         self.awaits_rest = False
         self._average: Smoothed | None = None
         self.sent: list[float] = []
+        self._still = 0.0  # Time for which the bounded commands have been at rest [s].
 
     def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Continue from the last bounded command, not from the sent one.
@@ -66,8 +67,11 @@ class Smoothing:
             if not self.awaits_rest:
                 self._begin()
             return
+        settled = self._still > sum(self.windows) + period
         for joint in self._joints:
             joint.continue_from_bounded()
+            if settled:
+                joint.approach_lag()
         self._record()
 
     def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
@@ -76,6 +80,7 @@ class Smoothing:
             return
         one, two, three, four = self._joints
         bounded = one.state[1], two.state[1], three.state[1], four.state[1]
+        self._still = 0.0 if any(bounded) else self._still + period
         a, b, c, d = self._average.step(bounded, period)
         at, bt, ct, dt = self.sent
         one.send(a, at, period)
@@ -121,7 +126,7 @@ class Smoothing:
 
     def _begin(self) -> None:
         """Begin averaging, assuming that the joints have long been at rest."""
-        self._average = Smoothed(self.windows, (0.0,) * len(self._joints))
+        self._average, self._still = Smoothed(self.windows, (0.0,) * len(self._joints)), 0.0
         count = math.ceil(sum(self.windows) * self._rate) + 2
         self._recent: deque[list[float]] = deque(maxlen=2 * count)
         self._record()

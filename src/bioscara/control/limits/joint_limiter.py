@@ -223,6 +223,15 @@ class JointLimiter:
             command.value = position
         self.reference, self.speed = position, speed
 
+    def approach_lag(self) -> None:
+        """Approach what is left of the lag as a displacement of its own.
+
+        An average of cycles of unequal length ends a little beside the bounded position.
+        """
+        if self._position_command.owner:
+            self.reference -= self.lag
+        self.lag = 0.0
+
     def continue_from_sent(self) -> None:
         """Continue from the sent command and drop the lag behind the bounded one."""
         self.lag = 0.0
@@ -246,7 +255,7 @@ class JointLimiter:
         if position.owner:
             sent = self.reference - lag
             if not self._lower <= sent <= self._upper:
-                # The average of cycles of unequal length ends a little beside the bounded position.
+                # See approach_lag.
                 sent = min(max(sent, min(self._lower, before)), max(self._upper, before))
                 lag, speed = self.reference - sent, (sent - before) / period
             self.reference = position.value = sent
