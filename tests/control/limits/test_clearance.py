@@ -221,9 +221,10 @@ def raw_values(forward: Raw | ForwardCommandController, rng: np.random.Generator
 @pytest.mark.parametrize(
     ("kind", "windows"),
     [
-        *((kind, ()) for kind in KINDS),
+        *((kind, FULL_SPEED) for kind in KINDS),
         *((kind, (0.23, 0.107)) for kind in ("position", "both", "mixed")),
-        ("position", FULL_SPEED),
+        # Velocities that are not averaged may stall j3, and positions that follow from them.
+        *((kind, ()) for kind in ("position", "both")),
     ],
 )
 def test_no_sample_of_a_random_stream_is_inside_the_margin(
