@@ -721,6 +721,13 @@ MUTANTS = (
         ("tests/cli/test_latched.py",),
     ),
     Mutant(
+        "a request to end the program at the end of a motion is raised",
+        "Arm.execute",
+        "ending is not None",
+        "False",
+        OPERATIONS,
+    ),
+    Mutant(
         "a callback does not wait for its own motion",
         "Arm.require_outside",
         "self._stepper is threading.current_thread()",

@@ -214,16 +214,25 @@ class Arm:
             BioscaraError: The operation was refused, or the error that ended it.
         """
         self.begin(operation)
+        me, ending = threading.current_thread(), None
         while not operation.done:
             try:
                 self._take_turn(operation)
                 while not operation.done:
                     self.step()
-            except BaseException as error:  # noqa: BLE001  raised by result()
+            except BaseException as error:  # noqa: BLE001  raised below
                 self._interrupt((operation,), error)
+                if not isinstance(error, Exception):
+                    ending = error
             finally:
-                self._leave_turn()
+                # Before any call: a KeyboardInterrupt at its begin would keep the turn.
+                if self._stepper is me:
+                    self._stepper = None
+                self._notify()
         self._forget_ended()
+        if ending is not None:
+            # The operation may have ended just before this request to end the program.
+            raise ending
         return operation.result()
 
     def start(self, operation: Operation[Any]) -> None:
@@ -280,8 +289,9 @@ class Arm:
         Args:
             ended: Called each cycle; returns whether to return once no operation is left.
         """
-        self._take_turn()
+        me = threading.current_thread()
         try:
+            self._take_turn()
             # A thread for one operation may begin after that was ended by a shutdown.
             if self.session.connected:
                 self.stack.loop.restart()
@@ -293,7 +303,9 @@ class Arm:
                         raise
                     self._interrupt(self._operations, error)
         finally:
-            self._leave_turn()
+            if self._stepper is me:
+                self._stepper = None
+            self._notify()
 
     def step(self, *, idle: bool = False) -> None:
         """Advance all operations and run the control cycle that they need.
@@ -373,11 +385,14 @@ class Arm:
         with self.arbiter.claimed("connecting"):
             # First: the turn of an arm that is watched never ends.
             self.session.require_unconnected()
-            self._take_turn()
+            me = threading.current_thread()
             try:
+                self._take_turn()
                 self.session.connect(self.workspace)
             finally:
-                self._leave_turn()
+                if self._stepper is me:
+                    self._stepper = None
+                self._notify()
 
     def shutdown(self) -> list[str]:
         """Stop all operations, wait for their ends, and disable all joints.
@@ -393,11 +408,14 @@ class Arm:
         self.require_outside("shutdown()")
         with self.arbiter.seized("shutdown()"):
             self._watched = False
-            self._take_turn()
+            me = threading.current_thread()
             try:
+                self._take_turn()
                 return self.session.shutdown()
             finally:
-                self._leave_turn()
+                if self._stepper is me:
+                    self._stepper = None
+                self._notify()
 
     def close(self, error: BaseException | None) -> None:
         """Shut down despite interruptions, and close the bus.
@@ -438,18 +456,15 @@ class Arm:
             self._stepper = me
         wake_on_time()
 
-    def _leave_turn(self) -> None:
-        # The attribute first: a KeyboardInterrupt can be raised at a function call.
-        if self._stepper is threading.current_thread():
-            self._stepper = None
+    def _notify(self) -> None:
+        """Wake the threads that wait for the turn or for the end of an operation."""
         with self._turn:
             self._turn.notify_all()
 
     def _forget_ended(self) -> None:
         with self._beginning:
             self._operations = tuple([each for each in self._operations if not each.done])
-        with self._turn:
-            self._turn.notify_all()
+        self._notify()
 
     def _ensure_runner(self) -> None:
         with self._turn:

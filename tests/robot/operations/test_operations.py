@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any, TypeVar
 
 import pytest
@@ -584,6 +586,53 @@ def test_ctrl_c_while_another_thread_moves_the_arm_stops_it(
         assert at.records[-1].phase is Phase.STOPPING
         assert at.speed() == 0.0
         assert len(at.records) < 300
+        way.goes_on()
+
+
+@contextmanager
+def entering(function: str, act: Callable[[], object]) -> Iterator[None]:
+    """Act where this thread enters a function for the first time."""
+
+    def trace(frame: FrameType, event: str, _: object) -> None:
+        if frame.f_code.co_name == function:
+            sys.settrace(None)
+            act()
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        yield
+    finally:
+        sys.settrace(before)
+
+
+@pytest.mark.parametrize("where", ["_take_turn", "_end", "_call_back", "_notify", "_forget_ended"])
+def test_ctrl_c_in_the_moment_in_which_a_motion_ends_is_raised(
+    arm: SimulatedArm, tmp_path: Path, where: str
+) -> None:
+    def press() -> None:
+        raise KeyboardInterrupt
+
+    with connected(arm, tmp_path, watched=False) as way:
+        with entering(where, press), pytest.raises(KeyboardInterrupt):
+            way.run(move())
+        way.goes_on()
+
+
+def test_a_signal_that_ends_a_motion_before_it_began_is_raised(
+    arm: SimulatedArm, tmp_path: Path
+) -> None:
+    # Its handler stops the motion, which another thread ends before the handler raises.
+    def end() -> None:
+        way.robot.stop()
+        motion.step()
+        raise SystemExit(143)
+
+    motion = move()
+    with connected(arm, tmp_path, watched=False) as way:
+        with entering("_take_turn", end), pytest.raises(SystemExit, match="143"):
+            way.run(motion)
+        assert motion.status is Status.CANCELLED
         way.goes_on()
 
 
