@@ -279,9 +279,9 @@ def test_a_client_that_missed_the_end_of_its_motion_asks_for_it(
         proxy.accepting = False
         proxy.cut()
         served.robot.speed_override = 1.0
-        eventually(lambda: not served.owner.goals.running)
+        eventually(lambda: any(each.what == "goal_ended" for each in served.owner.events._kept))
         last = served.owner.events.last
-        # As many other events as are kept.
+        # As many other events as are kept, after that of the end.
         for _ in range(30):
             served.owner.events.add("warning", "of the test")
         assert served.owner.events.last >= last + 30
