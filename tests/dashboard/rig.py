@@ -24,8 +24,20 @@ from served import HALF, NAME, runtime_folder
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 NO_BROWSER = "needs Debian's chromium, to open the page in a real browser"
+# Of several lists of features the last one counts, so it repeats what playwright has of use here.
+# The popups of the address bar are pages of their own for each profile: 0.6 s of computing time.
+_WITHOUT = (
+    "AvoidUnnecessaryBeforeUnloadCheckSync",
+    "DestroyProfileOnBrowserClose",
+    "MediaRouter",
+    "OptimizationHints",
+    "PaintHolding",
+    "WebUIOmniboxAimPopup",
+    "WebUIOmniboxPopup",
+)
 ARGUMENTS = ("--no-first-run", "--disable-background-networking", "--disable-component-update",
-             "--disable-sync", "--disable-quic")  # fmt: skip
+             "--disable-sync", "--disable-quic",
+             f"--disable-features={','.join(_WITHOUT)}")  # fmt: skip
 LIVE = ("commanding", "no-lease", "lease-elsewhere", "fault", "recovering")
 """States of a page that has fresh values."""
 LIMIT = 10.0
@@ -91,6 +103,12 @@ def wait_for_state(page: Page, *states: str) -> None:
     """Wait until the page is in one of the states."""
     listed = ", ".join(f'[data-state="{state}"]' for state in states)
     page.wait_for_selector(f"html:is({listed})", state="attached", timeout=1e3 * LIMIT)
+
+
+def wait_until_drawn(page: Page) -> None:
+    """Wait until the view is drawn, for which all of the page is loaded."""
+    frames = "() => Boolean(window.bioscara?.view?.scheduler.frames > 1)"
+    wait_until(lambda: page.evaluate(frames), "the view is drawn")
 
 
 def command(page: Page) -> None:

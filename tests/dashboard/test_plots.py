@@ -48,6 +48,7 @@ def page(browser: Browser, left: Site) -> Iterator[Page]:
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     opened = open_page(context, left)
     opened.get_by_role("tab", name="Plots").click()
+    expect(opened.locator(".plot canvas").first).to_be_visible()
     expect(opened.locator(".plot canvas")).to_have_count(len(opened.locator(".plot").all()))
     yield opened
     assert opened.errors == []  # type: ignore[attr-defined]

@@ -10,7 +10,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from bioscara.web.access.scopes import Scope
 from bioscara.web.routes.page import VERSION
-from dashboard.rig import Site, at_rest, command, wait_for_state
+from dashboard.rig import Site, at_rest, command, wait_for_state, wait_until_drawn
 from processes import wait_until
 from web.gateways import arm
 
@@ -42,6 +42,7 @@ def test_a_page_of_another_version_gives_control_back_and_can_be_loaded_again(
 
 
 def test_a_page_whose_session_has_ended_says_so_and_asks_no_more(page: Page) -> None:
+    wait_until_drawn(page)  # what is loaded later would be refused
     page.context.clear_cookies()
     page.evaluate("bioscara.connection.renew()")
     wait_for_state(page, "signed-out")
