@@ -103,7 +103,7 @@ def test_the_map_names_files_that_exist() -> None:
 
 def test_the_overview_names_files_that_exist() -> None:
     text = (ROOT / "docs/overview.md").read_text()
-    folders = ("src", "tests", "firmware", "tools", "benchmarks", "examples", "ros")
+    folders = ("src", "tests", "firmware", "tools", "benchmarks", "examples", "ros", "interfaces")
     known = [f"/{top}" for top in folders]
     known += [f"/{path.relative_to(ROOT)}" for top in folders for path in (ROOT / top).rglob("*")]
     missing = [
