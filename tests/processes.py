@@ -1,4 +1,7 @@
-"""Programs that a test starts; each ends with the test, with all processes that it started."""
+"""Programs that a test starts; each ends with the test, with all processes that it started.
+
+They also end where the process of the tests is killed: a reaper, a process of its own, sees that.
+"""
 
 from __future__ import annotations
 
@@ -7,32 +10,68 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 LIMIT = 20.0
 """Time after which a condition that is waited for counts as never met [s]."""
 _ROOT = Path(__file__).parents[1]
+_REAPER = """
+import os, signal, sys
+groups = set()
+for line in sys.stdin:
+    (groups.add if line[0] == "+" else groups.discard)(int(line[1:]))
+for group in groups:
+    try:
+        os.killpg(group, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+"""
+
+
+@cache
+def _reaper() -> subprocess.Popen[str]:
+    """Start the process that kills groups of processes once this one has ended."""
+    words = [sys.executable, "-I", "-S", "-c", _REAPER]
+    return subprocess.Popen(
+        words, stdin=subprocess.PIPE, text=True, bufsize=1, start_new_session=True
+    )
 
 
 @contextmanager
-def running(*arguments: str, **options: object) -> Iterator[subprocess.Popen[str]]:
-    """Run a Python program in a process group of its own, which is killed at the end of the block.
+def started(command: Sequence[str], **options: object) -> Iterator[subprocess.Popen[str]]:
+    """Run a program in a process group of its own, which is killed at the end of the block.
 
     Args:
-        *arguments: Of the interpreter: ``"-m", "bioscara", "demo"``.
-        **options: Of :class:`subprocess.Popen`; by default standard output is a pipe.
+        command: The program and its arguments.
+        **options: Of :class:`subprocess.Popen`.
     """
-    with subprocess.Popen(
-        [sys.executable, "-u", *arguments],
-        **{"stdout": subprocess.PIPE, "text": True, "start_new_session": True, **options},  # type: ignore[call-overload]
-    ) as process:
+    groups = _reaper().stdin
+    assert groups
+    with subprocess.Popen(command, text=True, start_new_session=True, **options) as process:  # type: ignore[call-overload]
+        groups.write(f"+{process.pid}\n")
         try:
             yield process
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
+            groups.write(f"-{process.pid}\n")
+
+
+@contextmanager
+def running(*arguments: str, **options: object) -> Iterator[subprocess.Popen[str]]:
+    """Run a Python program as :func:`started` does.
+
+    Args:
+        *arguments: Of the interpreter: ``"-m", "bioscara", "demo"``.
+        **options: Of :class:`subprocess.Popen`; by default standard output is a pipe.
+    """
+    with started(
+        [sys.executable, "-u", *arguments], **{"stdout": subprocess.PIPE, **options}
+    ) as process:
+        yield process
 
 
 def environment(**more: str) -> dict[str, str]:

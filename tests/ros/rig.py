@@ -8,7 +8,7 @@ import signal
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import yaml
 
 from bioscara.api.runtime import VARIABLE
 from bioscara.model.urdf import URDF
-from processes import LIMIT, environment, running, wait_for_line
+from processes import LIMIT, environment, running, started, wait_for_line
 from ros_environment import ros_environment, ros_python
 from served import NAME
 
@@ -226,24 +226,15 @@ class Rig:
             files = files[2:]
         ros = ["--ros-args", *files] if files else []
         with (self.folder / "node.log").open("a") as log:
-            process = subprocess.Popen(
-                [self.python, "-m", "bioscara", "ros", *(words or ("--arm", NAME)), *ros],
-                env=self.environment,
-                stdout=log,
-                stderr=log,
-                text=True,
-                start_new_session=True,
-            )
-            try:
-                yield process
-            finally:
-                if process.poll() is None:
-                    process.send_signal(signal.SIGINT)
-                    try:
-                        process.wait(LIMIT)
-                    except subprocess.TimeoutExpired:
-                        os.killpg(process.pid, signal.SIGKILL)
-                        process.wait()
+            command = [self.python, "-m", "bioscara", "ros", *(words or ("--arm", NAME)), *ros]
+            with started(command, env=self.environment, stdout=log, stderr=log) as process:
+                try:
+                    yield process
+                finally:
+                    if process.poll() is None:
+                        process.send_signal(signal.SIGINT)
+                        with suppress(subprocess.TimeoutExpired):
+                            process.wait(LIMIT)
 
     @property
     def log(self) -> str:
@@ -253,17 +244,13 @@ class Rig:
     @contextmanager
     def clients(self) -> Iterator[Ros]:
         """Run the clients."""
-        with subprocess.Popen(
+        with started(
             [self.python, str(HERE / "ros_client.py")],
             env=self.environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            text=True,
         ) as process:
-            try:
-                yield Ros(process)
-            finally:
-                process.kill()
+            yield Ros(process)
 
 
 @contextmanager

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import subprocess
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 
+from processes import started
 from ros_environment import ros_environment, ros_python
 
 PROGRAM = Path(__file__).with_name("executor_program.py")
@@ -18,13 +20,9 @@ COUNT = 300
 def test_a_stream_at_100_hz_is_received_while_its_callbacks_run() -> None:
     python, environment = ros_python(), ros_environment()
 
-    def start(what: str) -> subprocess.Popen[str]:
-        return subprocess.Popen(
-            [python, PROGRAM, what, str(COUNT)],
-            env=environment,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+    def start(what: str) -> AbstractContextManager[subprocess.Popen[str]]:
+        command = [python, PROGRAM, what, str(COUNT)]
+        return started(command, env=environment, stdout=subprocess.PIPE)
 
     with start("receive") as receiver, start("publish") as publisher:
         output, _ = receiver.communicate(timeout=60.0)
