@@ -65,14 +65,13 @@ demo: $(VENV)/.demo
 # PyPI has ROS 2 for these alone; elsewhere its tests are skipped, and say so.
 WITH_ROS2 := $(shell $(PYTHON) -c 'import platform, sys; print(int(sys.platform == "linux" and platform.machine() == "x86_64" and (3, 11) <= sys.version_info[:2] < (3, 14)))' 2>/dev/null)
 
-# One more than the cores: some tests wait. Those in real time wait more, and a lot of processes on
-# a lot of cores would make each other late.
+# One more than the cores: some tests wait.
 WORKERS := $(shell $(PYTHON) -c 'import os; print(1 + (os.cpu_count() or 1))' 2>/dev/null)
 
 test: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.ros2)
 	@status=0; \
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
-	$(BIN)/python -m pytest -n 4 --dist worksteal -m realtime --ignore-glob='$(EMULATED)' tests || status=1; \
+	$(BIN)/python -m pytest -n 3 --dist worksteal -m realtime --ignore-glob='$(EMULATED)' tests || status=1; \
 	exit $$status
 
 check: lint types layers fresh
