@@ -21,7 +21,6 @@ from bioscara.control.loop.systemd import Watchdog
 from bioscara.errors import ConfigurationError
 from bioscara.scheduling import ProcessorWait, wake_on_time
 from control.control_stack import World
-from processes import running
 
 
 @pytest.mark.parametrize("priority", [0, -1, 100])
@@ -113,11 +112,14 @@ def test_a_wait_for_a_processor_is_counted_and_a_stop_or_work_is_not() -> None:
         waits["asleep"] = wait.lap()
 
     burn = f"import os; os.sched_setaffinity(0, {{{core}}})\nwhile True: pass"
-    with running("-c", burn):
-        time.sleep(0.5)
-        thread = threading.Thread(target=measure)
-        thread.start()
-        thread.join()
+    with subprocess.Popen([sys.executable, "-c", burn]) as other:
+        try:
+            time.sleep(0.5)
+            thread = threading.Thread(target=measure)
+            thread.start()
+            thread.join()
+        finally:
+            other.kill()
     if not Path("/proc/thread-self/schedstat").exists():
         pytest.skip("this kernel does not count the wait")
     assert waits["beside"] == pytest.approx(waits["late"], rel=0.2, abs=0.01)
