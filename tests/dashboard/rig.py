@@ -105,12 +105,6 @@ def wait_for_state(page: Page, *states: str) -> None:
     page.wait_for_selector(f"html:is({listed})", state="attached", timeout=1e3 * LIMIT)
 
 
-def wait_until_drawn(page: Page) -> None:
-    """Wait until the view is drawn, for which all of the page is loaded."""
-    frames = "() => Boolean(window.bioscara?.view?.scheduler.frames > 1)"
-    wait_until(lambda: page.evaluate(frames), "the view is drawn")
-
-
 def command(page: Page) -> None:
     """Take the lease for the page, as its button does."""
     page.locator("#lease-take").click()

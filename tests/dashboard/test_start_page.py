@@ -46,6 +46,15 @@ def test_a_page_whose_session_has_ended_says_so_and_asks_no_more(page: Page) -> 
     page.evaluate("bioscara.connection.renew()")
     wait_for_state(page, "signed-out")
     wait_until(lambda: page.evaluate("bioscara.connection.ended"), "it does not connect again")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+
+    def quiet() -> bool:
+        asked.clear()
+        page.wait_for_timeout(1000)
+        return asked == []
+
+    wait_until(quiet, "it asks no more")
     # The browser itself reports a refused WebSocket, and requests that were on their way (401).
     refused = ("WebSocket", "401")
     page.errors[:] = [each for each in page.errors if not any(word in each for word in refused)]  # type: ignore[attr-defined]

@@ -10,11 +10,12 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from bioscara import Box, Scene, Trajectory
-from dashboard.rig import Site, command, open_page, wait_until_drawn
+from dashboard.rig import Site, command, open_page
 from processes import wait_until
 
 pytestmark = pytest.mark.realtime
 
+DRAWN = "() => Boolean(window.bioscara?.view?.scheduler.frames > 1)"
 NO_WEBGL = """() => {
   const get = HTMLCanvasElement.prototype.getContext;
   HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
@@ -35,7 +36,7 @@ def shared(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page that the tests of this module share."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     page = open_page(context, left)
-    wait_until_drawn(page)
+    _drawn(page)
     yield page
     assert page.errors == []  # type: ignore[attr-defined]
     context.close()
@@ -54,6 +55,10 @@ def page(shared: Page, left: Site) -> Iterator[Page]:
         left.robot.scene = Scene()
     left.robot.release_lease()
     _until(shared, "bioscara.arm.lease?.client === null")
+
+
+def _drawn(page: Page) -> None:
+    wait_until(lambda: page.evaluate(DRAWN), "the view is drawn")
 
 
 def _until(page: Page, condition: str) -> None:
@@ -339,7 +344,7 @@ def test_without_webgl_the_arm_is_flat_and_has_the_same_target(
     context = browser.new_context(viewport={"width": 1024, "height": 768})
     context.add_init_script(f"({NO_WEBGL})()")
     page = open_page(context, left)
-    wait_until_drawn(page)
+    _drawn(page)
     assert "no WebGL" in page.locator(".view-note").inner_text()
     pose = left.robot.pose
     assert pose is not None
