@@ -25,6 +25,7 @@ from bioscara.bus import Transaction
 from bioscara.errors import BusUnavailableError, InvalidArgumentError, NoAcknowledgeError
 from bioscara.sim import SimulatedArm, SocketBus, framing, serve, server, socket_bus
 from bioscara.sim.framing import FrameKind, encode_frame, encode_hello, encode_request
+from bioscara.sim.socket_bus import ServedClock
 
 pytestmark = pytest.mark.realtime
 
@@ -483,6 +484,56 @@ def test_the_arm_waits_for_a_starved_host_and_not_for_one_that_says_nothing(path
         # For a host that is silent for longer, as one that is stopped, time goes on.
         clock.time = last + server._PATIENCE + 0.01
         until(lambda: arm.now() >= clock.time - offset - total - 0.01, "the arm goes on")
+
+
+def starve(connection: socket.socket, clock: ManualClock, sequence: int) -> float:
+    """Ask as a host that was late for 0.1 s; returns for how long the arm has waited for it [s]."""
+    clock.time += 0.1
+    body = encode_request([PING], clock.time, 0.1)
+    connection.sendall(encode_frame(FrameKind.REQUEST, sequence, body))
+    _, end, waited = framing.decode_reply(connection.recv(1000)[7:], 1)
+    clock.time = max(clock.time, end)
+    return waited
+
+
+def test_the_next_host_does_not_wait_as_long_as_the_arm_waited_for_the_one_before(
+    path: Path,
+) -> None:
+    clock = ManualClock()
+    with serving(path, clock):
+        for _ in range(2):
+            with client(path) as host:
+                host.sendall(HELLO)
+                host.recv(1000)
+                waited = [starve(host, clock, sequence) for sequence in range(1, 11)]
+                assert waited == pytest.approx([0.1 * n for n in range(1, 11)], abs=0.02)
+            until(lambda: free(path), "the host has left")
+
+
+def test_the_first_wait_of_a_host_is_as_long_as_it_says(path: Path) -> None:
+    clock = ManualClock()
+    with serving(path, clock), SocketBus(path) as bus:
+        with client(path) as host:
+            host.sendall(HELLO)
+            host.recv(1000)
+            for sequence in range(1, 11):
+                starve(host, clock, sequence)
+        until(lambda: free(path), "the host has left")
+        due = bus.clock.now() + 0.01
+        bus.transfer([PING])
+        begin = time.monotonic()
+        bus.clock.sleep_until(due)
+        assert time.monotonic() - begin < 0.5
+
+
+def test_the_clock_of_a_host_does_not_leap_when_it_connects_again() -> None:
+    clock = ServedClock()
+    clock.begin_connection()
+    clock.end_transfer(0.0, 0.75, 0.0)
+    assert time.monotonic() - clock.now() == pytest.approx(0.75, abs=0.05)
+    clock.begin_connection()
+    clock.end_transfer(0.0, 0.0, 0.0)
+    assert time.monotonic() - clock.now() == pytest.approx(0.75, abs=0.05)
 
 
 def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:

@@ -19,7 +19,7 @@ number; it uses no bus and is no host.
 the bus, and when the last one ends. The host waits for the latter, so that the scheduler's delays
 of two processes do not make the bus slower. ``starved`` is for how long the host was late since its
 last request because it had to wait for a processor [s]; ``waited`` is for how long the arm's time
-has stood still since its process began, so that such delays do not exist in that time [s].
+has stood still since the host's WELCOME, so that such delays do not exist in that time [s].
 Everything is bounded: at most 64 transactions of at most 255 bytes each way.
 """
 
@@ -39,7 +39,7 @@ BYTES_MAX = 255
 TEXT_MAX = 1000
 _HEADER = struct.Struct("<HBI")
 _HELLO = struct.Struct("<4sB")
-_MAGIC, _VERSION = b"BSIM", 3
+_MAGIC, _VERSION = b"BSIM", 4
 _TIMES = struct.Struct("<dd")
 _COUNT = struct.Struct("<H")
 _HEAD = struct.Struct("<BBB")
@@ -214,7 +214,7 @@ def encode_reply(results: Sequence[bytes | int], end: float, waited: float = 0.0
     Args:
         results: Bytes read, or the number of an outcome.
         end: Time at which the last transaction ends [s].
-        waited: For how long the arm's time has stood still [s].
+        waited: For how long the arm's time has stood still since the host's WELCOME [s].
     """
     parts = [_TIMES.pack(end, waited), _COUNT.pack(len(results))]
     for result in results:

@@ -107,6 +107,7 @@ class _Client:
         sequence: Number of the next frame from it.
         deadline: Time limit of a transfer in progress, in either direction [s]; None without one.
         due: Time before which its next request is not carried out [s].
+        waited: For how long the arm's time had stood still when it became the host [s].
     """
 
     def __init__(self, connection: socket.socket, now: float) -> None:
@@ -116,6 +117,7 @@ class _Client:
         self.sequence = 0
         self.deadline: float | None = now + FRAME_TIMEOUT
         self.due = now
+        self.waited = 0.0
         self._inbox, self._outbox = bytearray(), bytearray()
 
     @property
@@ -315,7 +317,7 @@ class _Server:
             self._wait(self._processor.lap(), now)
             # The transfer took bus time: continuous requests must not make the arm run faster.
             end = self._arm.now() + self._offset
-            body = encode_reply(results, end, self._waited)
+            body = encode_reply(results, end, self._waited - client.waited)
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), now, end)
         client.sequence = (client.sequence + 1) % _SEQUENCES
 
@@ -334,7 +336,7 @@ class _Server:
             if not other.gone():
                 raise BusUnavailableError(in_use("it", other.host, user.pid))
             self._drop(other)
-        client.host = user
+        client.host, client.waited = user, self._waited
         client.reply(
             encode_frame(FrameKind.WELCOME, 0), now, max(now, self._arm.now() + self._offset)
         )

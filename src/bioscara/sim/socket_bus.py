@@ -39,7 +39,7 @@ class ServedClock:
     def __init__(self) -> None:
         self._wall, self._processor = MonotonicClock(), ProcessorWait()
         self._user = threading.get_ident()
-        self._waited = self._last = self._starved = 0.0
+        self._waited = self._before = self._last = self._starved = 0.0
 
     def now(self) -> float:
         """Return the arm's time [s]."""
@@ -53,6 +53,10 @@ class ServedClock:
         self._take_wait()
         self._sleep(deadline + self._waited + self._starved)
 
+    def begin_connection(self) -> None:
+        """Count the arm's standstills of another connection beyond those of the earlier ones."""
+        self._before = self._waited
+
     def begin_transfer(self) -> tuple[float, float]:
         """Return the real time, and for how long this thread was starved since the last one [s]."""
         self._user = threading.get_ident()
@@ -64,10 +68,10 @@ class ServedClock:
 
         Args:
             end: Real time of its end [s].
-            waited: For how long the arm's time has stood still [s].
+            waited: For how long the arm's time has stood still since the connection began [s].
             most: Longest sleep [s].
         """
-        self._waited, self._starved = waited, 0.0
+        self._waited, self._starved = self._before + waited, 0.0
         self._sleep(min(end, self._wall.now() + most))
 
     def _take_wait(self) -> None:
@@ -172,6 +176,7 @@ class SocketBus(Bus):
             self._sequence = 0
             connection.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello()))
             self._receive(connection, FrameKind.WELCOME)
+            self.clock.begin_connection()
         except OSError as error:
             raise BusUnavailableError(
                 f"no simulated arm behind {self._path} ({error.strerror or error}); "
