@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.polynomial.polynomial import polyder, polyval
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
@@ -32,7 +31,7 @@ _STEP, _TURN, _LEAST = 1e-3, 0.01, 200
 sample [rad or m], with a least number of samples."""
 _ROUNDING = 1.0 + 1e-5
 """Factor by which a speed found between samples may exceed the planned one."""
-_AT_ONCE = 8192
+_AT_ONCE = 4096
 """Instants processed at once: their arrays fit the processor's cache."""
 
 
@@ -68,20 +67,33 @@ def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[floa
     often = np.maximum(displacements / _TURN, _LEAST)
     counts = np.maximum(np.ceil(np.minimum(durations / _STEP, often)), 2.0).astype(np.intp) + 1
     ends = np.cumsum(counts)
+    begins, steps = ends - counts, durations / (counts - 1)
+    # By power, joint and segment: the arithmetic runs along contiguous rows.
+    powers = np.ascontiguousarray(trajectory.coefficients.transpose(2, 1, 0))
+    if not powers[4:].any():  # The cubics of planned motions.
+        powers = powers[:4]
+    derivatives = np.arange(1.0, len(powers))[:, None, None] * powers[1:]
     peak = 0.0
     for start in range(0, int(counts.sum()), _AT_ONCE):
         # Two more, so that any three consecutive samples are together in one block.
         sample = np.arange(start, min(start + _AT_ONCE + 2, ends[-1]))
         segment = np.searchsorted(ends, sample, side="right")
-        within = (sample - ends[segment] + counts[segment]) / (counts[segment] - 1)
-        time = (within * durations[segment])[:, None]
-        c = np.moveaxis(trajectory.coefficients[segment], -1, 0)
-        joints = np.tile(np.asarray(elsewhere, dtype=np.float64), (len(sample), 1))
+        time = (sample - begins[segment]) * steps[segment]
+        joints = np.repeat(np.array(elsewhere, dtype=np.float64)[:, None], len(sample), axis=1)
         rates = np.zeros_like(joints)
-        joints[:, columns] = polyval(time, c, tensor=False)
-        rates[:, columns] = polyval(time, polyder(c), tensor=False)
-        peak = max(peak, _peak(batch.tool_speeds(arm, joints, rates), segment))
+        joints[columns] = _horner(powers.take(segment, axis=2), time)
+        rates[columns] = _horner(derivatives.take(segment, axis=2), time)
+        peak = max(peak, _peak(batch.tool_speeds(arm, joints.T, rates.T), segment))
     return peak
+
+
+def _horner(powers: Array, time: Array) -> Array:
+    """Return the values of polynomials, the powers of whose coefficients are the first axis."""
+    value: Array = powers[-1].copy()
+    for power in powers[-2::-1]:
+        value *= time
+        value += power
+    return value
 
 
 def _peak(speeds: Array, segment: Index) -> float:
