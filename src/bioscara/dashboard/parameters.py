@@ -15,7 +15,7 @@ import msgspec
 from bioscara.arguments import shown
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
-from bioscara.model.loading import EXISTING_ARMS
+from bioscara.model.loading import existing_file
 from bioscara.model.overlay import FIXED, Overlay, changes
 from bioscara.model.parameters import UNITS
 from bioscara.model.validation import Location, dotted
@@ -184,13 +184,8 @@ def drafted(overlay: str, changed: Mapping[str, Json]) -> tuple[str, tuple[Param
     return text, diff
 
 
-@lru_cache(maxsize=1)
-def _file() -> YamlFile:
-    return YamlFile.load(EXISTING_ARMS, EXISTING_ARMS.name)
-
-
 def _merged(overlay: YamlFile) -> ArmParameters:
-    both = Overlay(_file(), overlay)
+    both = Overlay(existing_file(), overlay)
     return ArmParameters.checked(both.values, both.place, contradicted=True)
 
 

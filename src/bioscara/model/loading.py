@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import zlib
+from functools import lru_cache
 from pathlib import Path
 
 from bioscara.arguments import OVERLAY_VARIABLE
@@ -15,7 +16,7 @@ from bioscara.errors import ConfigurationError
 from bioscara.model import existing_arms
 from bioscara.model.overlay import Overlay
 from bioscara.model.parameters import ArmParameters
-from bioscara.model.yaml_file import YamlFile
+from bioscara.model.yaml_file import YamlFile, read_text
 
 EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
 """File with the values of the existing arms."""
@@ -50,11 +51,26 @@ def load_parameters(
     """
     if path is None and overlay is None and checksum(EXISTING_ARMS) == existing_arms.CHECKSUM:
         return existing_arms.parameters()
-    file = YamlFile.load(path or EXISTING_ARMS, str(path or EXISTING_ARMS.name))
+    file = existing_file() if path is None else YamlFile.load(path, str(path))
     if overlay is None:
         return ArmParameters.checked(file.values, file.place)
     both = Overlay(file, YamlFile.load(Path(overlay), str(overlay)))
     return ArmParameters.checked(both.values, both.place, contradicted=True)
+
+
+def existing_file() -> YamlFile:
+    """Return the values of the existing arms with their lines, not to be changed.
+
+    Raises:
+        ConfigurationError: The file cannot be read.
+    """
+    return _parsed(read_text(EXISTING_ARMS, EXISTING_ARMS.name))
+
+
+@lru_cache(maxsize=1)
+def _parsed(text: str) -> YamlFile:
+    # A server with an overlay reads the same text at each change of a value: 15 ms.
+    return YamlFile(text, EXISTING_ARMS.name)
 
 
 def checksum(path: Path) -> int:
