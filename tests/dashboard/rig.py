@@ -22,7 +22,9 @@ from processes import environment, running, wait_for_line, wait_until
 from ros_environment import absent
 from served import HALF, NAME, runtime_folder
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+_INSTALLED = shutil.which("chromium") or shutil.which("chromium-browser")
+CHROMIUM = str(Path(__file__).with_name("chromium.sh"))
+"""Program of the browser."""
 NO_BROWSER = "needs Debian's chromium, to open the page in a real browser"
 # Of several lists of features the last one counts, so it repeats what playwright has of use here.
 # The popups of the address bar are pages of their own for each profile: 0.6 s of computing time.
@@ -159,7 +161,7 @@ def stays(robot: RemoteRobot, time: float = 0.15) -> None:
 
 def require_browser() -> None:
     """Skip where there is no browser."""
-    if CHROMIUM is None:
+    if _INSTALLED is None:
         absent(NO_BROWSER)
 
 

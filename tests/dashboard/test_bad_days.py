@@ -381,7 +381,6 @@ class DevTools:
 @contextmanager
 def two_tabs(url: str) -> Iterator[tuple[DevTools, Callable[[], object]]]:
     """Open a page in a browser with another tab; yields it, and what shows the other tab."""
-    assert CHROMIUM is not None
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, ExitStack() as stack:
         words = ["--headless=new", "--no-sandbox", "--remote-debugging-port=0", *ARGUMENTS]
         launch = "import os, sys; os.execv(sys.argv[1], sys.argv[1:])"
