@@ -1442,6 +1442,20 @@ MUTANTS = (
         SOCKET,
     ),
     Mutant(
+        "waits of earlier hosts are no waits of the next one",
+        "_Server._answer",
+        "self._waited - client.waited",
+        "self._waited",
+        SOCKET,
+    ),
+    Mutant(
+        "a host that connects again keeps its waits",
+        "ServedClock.begin_connection",
+        "self._before = self._waited",
+        "pass",
+        SOCKET,
+    ),
+    Mutant(
         "the deadline of a frame on the socket",
         "_Server._continue",
         "client.deadline is not None and now > client.deadline",
