@@ -65,6 +65,19 @@ export function setText(element, text) {
 }
 
 /**
+ * Set those properties that differ: the browser computes styles anew for each that is set, also to its value of before.
+ *
+ * @template {object} T
+ * @param {T} target An element, or its `dataset`.
+ * @param {Partial<T>} values The properties.
+ */
+export function setValues(target, values) {
+  for (const name of /** @type {(keyof T)[]} */ (Object.keys(values))) {
+    if (target[name] !== values[name]) target[name] = /** @type {any} */ (values[name]);
+  }
+}
+
+/**
  * Return a text in which characters that do not print are shown as their codes.
  *
  * @param {unknown} text The text.

@@ -3,7 +3,7 @@
 /** @import { App } from "./app.js" */
 
 import { buildLease } from "./control/lease.js";
-import { at, button, h, printable, setText } from "./dom.js";
+import { at, button, h, printable, setText, setValues } from "./dom.js";
 import { duration } from "./format.js";
 import { clockTime } from "./health/clock.js";
 import { pageState } from "./states.js";
@@ -60,22 +60,22 @@ function buildIdentity(app) {
     setText(name, owner ?? text("app.title"));
     const { description } = arm;
     const simulated = description?.simulated;
-    kind.dataset.kind = description ? (simulated ? "simulated" : "real") : "unknown";
-    setText(kind, text(`header.${kind.dataset.kind}`));
-    kind.title = description?.arm ?? "";
+    const which = description ? (simulated ? "simulated" : "real") : "unknown";
+    setValues(kind.dataset, { kind: which });
+    setText(kind, text(`header.${which}`));
+    setValues(kind, { title: description?.arm ?? "" });
     const title = `${printable(owner ?? "")} – ${simulated ? `${text("header.simulated")} – ` : ""}${text("app.title")}`;
-    if (document.title !== title) document.title = title;
+    setValues(document, { title });
     const now = pageState(arm);
     const [sign, colour] = STATES[now];
     setText(mark, sign);
     setText(word, text(`state.${now}`));
-    state.className = `badge state ${colour}`;
+    setValues(state, { className: `badge state ${colour}` });
     setText(allowed, text(`allowed.${now}`) + (now === "mismatch" ? ` ${arm.mismatch}` : now === "signed-out" ? ` ${arm.reason}` : ""));
-    reload.hidden = !["mismatch", "signed-out", "gone"].includes(now);
+    setValues(reload, { hidden: !["mismatch", "signed-out", "gone"].includes(now) });
     const [what, tone] = conditionOf(app);
-    condition.hidden = what === "";
     setText(condition, what);
-    condition.className = `badge condition ${tone}`;
+    setValues(condition, { hidden: what === "", className: `badge condition ${tone}` });
   }
   for (const topic of /** @type {const} */ (["sample", "link", "lease", "description", "reset"])) arm.on(topic, update);
   update();

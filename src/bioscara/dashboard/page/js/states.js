@@ -2,6 +2,8 @@
 
 /** @import { Arm } from "./arm.js" */
 
+import { setValues } from "./dom.js";
+
 /**
  * State of the page, of which the worst one counts.
  *
@@ -32,10 +34,11 @@ export function pageState(arm) {
 export function showState(arm) {
   const root = document.documentElement;
   const update = () => {
-    const state = pageState(arm);
-    if (root.dataset.state !== state) root.dataset.state = state;
-    root.dataset.simulated = String(arm.description?.simulated ?? false);
-    root.dataset.moving = String((arm.sample?.moving.length ?? 0) > 0);
+    setValues(root.dataset, {
+      state: pageState(arm),
+      simulated: String(arm.description?.simulated ?? false),
+      moving: String((arm.sample?.moving.length ?? 0) > 0),
+    });
   };
   for (const topic of /** @type {const} */ (["sample", "link", "lease", "description"])) arm.on(topic, update);
   update();

@@ -4,7 +4,7 @@
 /** @import { Event } from "../../messages.d.ts" */
 /** @import { Experiment } from "./experiments.js" */
 
-import { button, h, setText } from "../dom.js";
+import { button, h, setText, setValues } from "../dom.js";
 import { DEGREE, duration, MM, number } from "../format.js";
 import { copyButton, pythonNumber, pythonText } from "../python.js";
 import { text } from "../texts.js";
@@ -53,7 +53,7 @@ export class ExperimentCard {
 
   /** Let it be pressed or not. @param {boolean} allowed Whether this page may. */
   permit(allowed) {
-    this.on.disabled = this.off.disabled = !allowed;
+    for (const each of [this.on, this.off]) setValues(each, { disabled: !allowed });
   }
 
   /** Show what the software did since it was begun. */

@@ -3,7 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { Recovery } from "./recovery.js" */
 
-import { at, button, h, setText } from "../dom.js";
+import { at, button, h, setText, setValues } from "../dom.js";
 import { parts, since } from "./fault_details.js";
 import { STEPS, unhomed } from "./recovery.js";
 import { text } from "../texts.js";
@@ -29,7 +29,7 @@ export function buildFaultStrip(app, recovery) {
 
   function update() {
     const next = recovery.step;
-    host.dataset.kind = next ? (next.kind === "enable" ? "action" : "danger") : "";
+    setValues(host.dataset, { kind: next ? (next.kind === "enable" ? "action" : "danger") : "" });
     if (!next) {
       if (strip.isConnected) strip.remove();
       return;
@@ -84,7 +84,7 @@ export function stepButton(recovery) {
 
   function update() {
     const step = recovery.step;
-    element.hidden = step === null;
+    setValues(element, { hidden: step === null });
     if (step === null) return;
     setText(number, text("health.step", { number: step.number, count: STEPS }));
     const { kind, busy } = step;

@@ -3,7 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { JointList, JointValue } from "../../messages.d.ts" */
 
-import { h, setText } from "../dom.js";
+import { h, setText, setValues } from "../dom.js";
 import { duration } from "../format.js";
 import { text } from "../texts.js";
 
@@ -85,7 +85,7 @@ export function jointTable(app) {
     const cell = cells.get(name)?.[joint];
     if (!cell) return;
     setText(cell, shown);
-    cell.className = colour ?? "";
+    setValues(cell, { className: colour ?? "" });
   }
 
   return {

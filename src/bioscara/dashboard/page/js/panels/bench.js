@@ -7,7 +7,7 @@
 import { ExperimentCard } from "../bench/card.js";
 import { EXPERIMENTS } from "../bench/experiments.js";
 import { RequestError } from "../connection.js";
-import { button, h, setText } from "../dom.js";
+import { button, h, setText, setValues } from "../dom.js";
 import { DEGREE, MM } from "../format.js";
 import { copyButton } from "../python.js";
 import { text } from "../texts.js";
@@ -107,7 +107,7 @@ class Bench {
     const why = this.hindrance;
     setText(this.why, why);
     for (const card of this.cards) card.permit(why === "");
-    for (const each of [this.allOff, this.motion, this.speed]) if (each) each.disabled = why !== "";
+    for (const each of [this.allOff, this.motion, this.speed]) if (each) setValues(each, { disabled: why !== "" });
   }
 
   /**

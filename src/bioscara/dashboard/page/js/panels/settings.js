@@ -4,7 +4,7 @@
 /** @import { Draft, Parameters } from "../settings/requests.js" */
 
 import { RequestError } from "../connection.js";
-import { button, h, setText } from "../dom.js";
+import { button, h, setText, setValues } from "../dom.js";
 import { save } from "../plots/export.js";
 import { copyButton, pythonText } from "../python.js";
 import { checkChanges, readParameters } from "../settings/requests.js";
@@ -95,9 +95,9 @@ class Settings {
   #permit() {
     const why = this.hindrance;
     setText(this.why, why);
-    this.undo.disabled = why !== "" || this.former.length === 0;
+    setValues(this.undo, { disabled: why !== "" || this.former.length === 0 });
     const saving = this.changes.querySelector("button.primary");
-    if (saving instanceof HTMLButtonElement) saving.disabled = why !== "";
+    if (saving instanceof HTMLButtonElement) setValues(saving, { disabled: why !== "" });
   }
 
   /** @param {boolean} [drop] Whether the draft is void. */

@@ -3,7 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { Load } from "../../messages.d.ts" */
 
-import { h, setText } from "../dom.js";
+import { h, setText, setValues } from "../dom.js";
 import { millimetres } from "../format.js";
 import { copyButton, pythonNumber, pythonText } from "../python.js";
 import { text } from "../texts.js";
@@ -28,8 +28,8 @@ export function gripperCard(app) {
     const at = arm.sample?.width ?? null;
     const driven = at !== null;
     setText(state, !arm.fresh ? text("run.unknown") : driven ? millimetres(at) : text("run.not_driven"));
-    enable.hidden = driven;
-    disable.hidden = !driven;
+    setValues(enable, { hidden: driven });
+    setValues(disable, { hidden: !driven });
   };
   arm.on("sample", update);
   arm.on("link", update);

@@ -2,7 +2,7 @@
 
 /** @import { App } from "../app.js" */
 
-import { button, h, setText } from "../dom.js";
+import { button, h, setText, setValues } from "../dom.js";
 import { position } from "../format.js";
 import { copyButton, pythonText } from "../python.js";
 import { text } from "../texts.js";
@@ -25,9 +25,9 @@ export function powerCard(app) {
   const update = () => {
     const enabled = arm.fresh ? arm.sample?.enabled : null;
     setText(state, text(enabled === null ? "run.unknown" : enabled ? "run.enabled" : "run.disabled"));
-    state.className = enabled ? "badge good" : "badge";
-    enable.hidden = enabled === true;
-    disable.hidden = enabled === false;
+    setValues(state, { className: enabled ? "badge good" : "badge" });
+    setValues(enable, { hidden: enabled === true });
+    setValues(disable, { hidden: enabled === false });
   };
   arm.on("sample", update);
   arm.on("link", update);
@@ -68,7 +68,7 @@ function homing(app) {
       const at = arm.fresh && sample ? sample.positions[index] : undefined;
       const word = at === undefined ? "run.unknown" : at === null ? "run.not_homed" : "run.homed";
       setText(state, text(word));
-      state.className = `badge ${at === undefined ? "" : at === null ? "action" : "good"}`;
+      setValues(state, { className: `badge ${at === undefined ? "" : at === null ? "action" : "good"}` });
       setText(value, position(at ?? null, arm.joints[index].unit));
     });
   }

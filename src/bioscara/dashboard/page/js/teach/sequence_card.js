@@ -6,7 +6,7 @@
 /** @import { Table } from "./table.js" */
 
 import { ActionError } from "../app.js";
-import { button, h, setText } from "../dom.js";
+import { button, h, setText, setValues } from "../dom.js";
 import { duration } from "../format.js";
 import { judged, post, saveFile } from "../http.js";
 import { copyButton } from "../python.js";
@@ -144,8 +144,8 @@ function buttons(app, model, run, say) {
     copyButton(() => model.steps.map(stepCode).join("\n")));
   const pause = stop.children[0];
   const update = () => {
-    start.hidden = run.running;
-    stop.hidden = !run.running;
+    setValues(start, { hidden: run.running });
+    setValues(stop, { hidden: !run.running });
     setText(pause, text(app.arm.sample?.paused ? "teach.resume" : "teach.pause"));
   };
   app.arm.on("sample", update);

@@ -3,7 +3,7 @@
 /** @import { App, Preview } from "../app.js" */
 /** @import { GoalValue } from "../../messages.d.ts" */
 
-import { button, h, PHONE, setText } from "../dom.js";
+import { button, h, PHONE, setText, setValues } from "../dom.js";
 import { text } from "../texts.js";
 import { PlanGuard } from "./plan_guard.js";
 
@@ -89,7 +89,7 @@ export class PlanStrip {
     const reason = this.#reason();
     this.element.classList.toggle("dead", Boolean(this.guard?.reason) && this.phase === "idle");
     setText(this.status, reason);
-    this.execute.disabled = reason !== "" || this.phase !== "idle";
+    setValues(this.execute, { disabled: reason !== "" || this.phase !== "idle" });
     setText(this.execute, text(this.phase === "executing" ? "view.executing" : "view.execute"));
   }
 

@@ -4,7 +4,7 @@
 /** @import { App } from "../app.js" */
 /** @import { Layer } from "./picture.js" */
 
-import { at, h, setText } from "../dom.js";
+import { at, h, setText, setValues } from "../dom.js";
 import { degrees, duration, millimetres, position } from "../format.js";
 import { text } from "../texts.js";
 import { ClearanceReadout } from "./clearance.js";
@@ -236,7 +236,7 @@ class View {
     else if (!arm.fresh) message = text("view.old", { age: duration(arm.age / 1000) });
     else if (this.picture.unknown.length) message = text("view.unknown_joints", { joints: this.picture.unknown.join(", ") });
     setText(this.banner, message);
-    this.banner.hidden = message === "";
+    setValues(this.banner, { hidden: message === "" });
   }
 
   #pose() {
