@@ -99,14 +99,17 @@ def draw_plan(
     from matplotlib import figure as figures  # noqa: PLC0415
 
     motion = _sampled(trajectory, arm)
-    figure = figures.Figure(figsize=(19, 13), layout="constrained")
+    figure = figures.Figure(figsize=(19, 13))
     figure.suptitle(
         f"{title or 'planned motion'}, {trajectory.duration:.3f} s  (dashed red: limits)",
         fontsize=15,
+        y=0.995,
         parse_math=False,
     )
-    halves = figure.add_gridspec(1, 2, width_ratios=(2.3, 1.0))
-    grid = halves[0].subgridspec(6, 3)
+    # Fixed places: to compute them from the texts takes as long as the drawing itself.
+    grid = figure.add_gridspec(
+        6, 3, left=0.045, right=0.69, bottom=0.04, top=0.935, wspace=0.27, hspace=0.36
+    )
     axes = [[figure.add_subplot(grid[row, column]) for column in range(3)] for row in range(6)]
     for index, limit in enumerate(limits):
         _draw_joint(axes[index], motion, index, limit)
@@ -121,7 +124,9 @@ def draw_plan(
         )
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
-    views = halves[1].subgridspec(2, 1, height_ratios=(2.2, 1.0))
+    views = figure.add_gridspec(
+        2, 1, left=0.735, right=0.995, bottom=0.04, top=0.955, hspace=0.16, height_ratios=(2.2, 1.0)
+    )
     path = ToolPath(motion.positions[[0, -1]], motion.poses)
     draw_from_above(figure.add_subplot(views[0]), path, arm, scene)
     draw_height(figure.add_subplot(views[1]), path, arm, scene)
