@@ -16,6 +16,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# Before NumPy is imported: each of some 500 programs would spin for 0.1 s in a second thread.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
 from late_machine import pytest_terminal_summary as pytest_terminal_summary
 from processes import running
@@ -23,6 +26,9 @@ from simulated import standing_near_the_stops
 
 EXAMPLES = int(os.environ.get("BIOSCARA_EXAMPLES", "25"))
 """Number of examples of a law that does not set its own; more of them in ``make laws``."""
+
+# Garbage is collected rarely: it takes 6 % of a run otherwise.
+gc.set_threshold(50_000, 20, 50)
 
 settings.register_profile("bioscara", deadline=None, print_blob=True, max_examples=EXAMPLES)
 settings.load_profile("bioscara")
@@ -65,11 +71,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("realtime") and not _names_realtime(item.path):
             raise pytest.UsageError(f"{item.nodeid}: its module does not name the mark realtime")
-
-
-def pytest_collection_finish() -> None:
-    """Collect garbage rarely: it takes 6 % of a run otherwise."""
-    gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.fixture(scope="module")

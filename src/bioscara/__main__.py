@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 
@@ -12,6 +13,9 @@ def main() -> int:
         from bioscara.stop import main as stop  # noqa: PLC0415  the others take 10 times as long
 
         return stop(words[1:])
+    # The linear algebra of NumPy starts a thread for each further core, and each spins for 0.1 s,
+    # also beside a control loop; the matrices here are too small for them.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from bioscara.cli import main as command  # noqa: PLC0415
 
     return command()
