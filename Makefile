@@ -115,7 +115,7 @@ firmware:
 
 firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
-	@$(BIN)/python -m pytest -q $(EMULATED)
+	@$(BIN)/python -m pytest -q -n auto --dist worksteal $(EMULATED)
 
 dist: $(VENV)/.dev firmware
 	@rm -rf dist
