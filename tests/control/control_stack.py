@@ -46,15 +46,15 @@ class World:
         frequency: float | None = 400e3,
         joints: Sequence[JointParameters] = PARAMETERS.joints,
     ) -> None:
-        self.arm, self.bus = simulated_bus(v1=v1, positions=near, frequency=frequency)
+        goal = at and [at.get(name, NEAR[name]) for name in NAMES]
+        self.arm, self.bus = simulated_bus(
+            v1=v1, positions=near, frequency=frequency, homed=home, at=goal
+        )
         self.clock = self.arm.clock
         self.rate = 50 if v1 else 100
         self.hardware = ArmHardware("bioscara_arm", self.bus, self.clock, joints)
         self.hardware.configure()
         self.hardware.activate()
-        if home:
-            for name in PARAMETERS.homing_order:
-                self.joint(name).home()
         self.manager = ControllerManager(
             (self.hardware,), Limiter(joint_limiters((self.hardware,))), self.rate
         )
@@ -71,8 +71,6 @@ class World:
         self.supervisor = Supervisor(self.manager, self.hardware, "hold", self.record, write)
         self.loop = Loop(self.manager, self.supervisor, self.record, self.clock, self.rate)
         self.loop.step()
-        if at is not None:
-            self.go(at)
 
     def joint(self, name: str):  # type: ignore[no-untyped-def]
         """Return the driver of a joint."""

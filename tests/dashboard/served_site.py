@@ -16,17 +16,16 @@ from pathlib import Path
 
 from bioscara.api.runtime import folder
 from bioscara.server.serve import ServeSettings, serving
-from bioscara.sim import SimulatedArm
 from bioscara.web.gateway import Gateway, GatewaySettings
 from served import NAME, own_robot
-from simulated import NEAR
+from simulated import simulated_bus
 from web.gateways import running_gateway
 
 
 def main() -> None:
     """Serve it."""
     speed, *at = map(float, sys.argv[2:])
-    arm = SimulatedArm(v1=sys.argv[1].split(), positions=NEAR, seed=2)
+    arm = simulated_bus(v1=sys.argv[1].split(), seed=2, homed=bool(at), at=at or None).arm
     evidence = Path(folder()) / "faults"
     overlay = Path(folder()) / "arm.yaml"
     overlay.touch()
@@ -35,7 +34,6 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     with own_robot(evidence, arm=arm) as robot:
         if at:
-            robot.home()
             robot.move_joints(at)
         with (
             serving(robot, ServeSettings(NAME, "sim", overlay, evidence, speed=speed)),

@@ -119,7 +119,7 @@ def shared() -> list[SimulatedArm]:
 
 @pytest.fixture
 def arm(kind: str, tmp_path: Path, shared: list[SimulatedArm]) -> Iterator[Arm]:
-    simulated = shared.pop() if shared else simulated_bus(seed=2).arm
+    simulated = shared.pop() if shared else simulated_bus(seed=2, homed=True, at=HALF).arm
     with arm_of(kind, tmp_path, simulated=simulated) as made:
         yield made
         if not (made.failed or made.own.faults or made.own.is_moving):

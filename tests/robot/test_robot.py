@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -44,8 +44,8 @@ START = (-2.0, 0.30, 2.0, 2.0)
 class Scene:
     """A robot, and the simulated arm behind it."""
 
-    def __init__(self, evidence: Path) -> None:
-        self.arm, _, self.robot = simulated_robot(evidence)
+    def __init__(self, evidence: Path, at: Sequence[float] | None = None) -> None:
+        self.arm, _, self.robot = simulated_robot(evidence, homed=at is not None, at=at)
 
     def speeds(self) -> list[float]:
         """Speeds once the belts have swung out."""
@@ -61,10 +61,11 @@ def scene(tmp_path: Path) -> Iterator[Scene]:
 
 
 @pytest.fixture
-def homed(scene: Scene) -> Scene:
-    scene.robot.home()
-    scene.robot.move_joints(START)
-    return scene
+def homed(tmp_path: Path) -> Iterator[Scene]:
+    made = Scene(tmp_path, START)
+    with made.robot:
+        made.robot.move_joints(START)
+        yield made
 
 
 def test_connecting_moves_nothing_and_positions_are_unknown(scene: Scene) -> None:

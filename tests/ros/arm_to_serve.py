@@ -15,6 +15,7 @@ from pathlib import Path
 from bioscara.api.runtime import folder
 from bioscara.server.serve import ServeSettings, serving
 from served import NAME, own_robot
+from simulated import simulated_bus
 
 RATE = 50
 """Cycles per second, as in the parameter files of the bringup: four joints that follow velocities
@@ -25,9 +26,9 @@ def main() -> None:
     """Serve it."""
     speed, *at = map(float, sys.argv[1:])
     evidence = Path(folder()) / "faults"
-    with own_robot(evidence, rate=RATE) as robot:
+    arm = simulated_bus(seed=2, homed=bool(at), at=at or None).arm
+    with own_robot(evidence, arm=arm, rate=RATE) as robot:
         if at:
-            robot.home()
             robot.move_joints(at)
             robot.disable()
         with serving(robot, ServeSettings(NAME, "sim", evidence=evidence, speed=speed)):

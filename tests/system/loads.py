@@ -12,8 +12,8 @@ from bioscara.clock import SimulatedClock
 from bioscara.kinematics import Joints, batch
 from bioscara.model import load_parameters
 from bioscara.robot import Robot, kinematics_of
-from bioscara.sim import FirmwareBus, SimulatedArm
-from simulated import NEAR
+from bioscara.sim import FirmwareBus
+from simulated import simulated_bus
 
 PARAMETERS = load_parameters()
 NAMES = tuple(joint.name for joint in PARAMETERS.joints)
@@ -34,7 +34,7 @@ class Loads:
 
     def __init__(self, evidence: Path) -> None:
         # Transactions pass unseen: 2 ms of a cycle of 10.
-        self.arm = SimulatedArm(seed=1, positions=NEAR, frequency=400e3)
+        self.arm = simulated_bus(seed=1, frequency=400e3, homed=True).arm
         clock = SimulatedClock(self.arm.now, self._run)
         self.robot = Robot(FirmwareBus(self.arm), clock, PARAMETERS, "loads", evidence=evidence)
         self._seen: list[tuple[float, ...]] = []
@@ -43,7 +43,7 @@ class Loads:
 
     def __enter__(self) -> Loads:
         self.robot.__enter__()
-        self.robot.home()
+        self.robot.enable()
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -40,13 +40,13 @@ class Scene:
     """A homed arm that follows a trajectory until a fault strikes at a given time."""
 
     def __init__(self) -> None:
-        self.arm, self.bus, self.robot = simulated_robot(seed=3)
+        self.arm, self.bus, self.robot = simulated_robot(seed=3, homed=True)
         self.records: list[CycleRecord] = []
         self.struck = math.inf
 
     def __enter__(self) -> Scene:
         self.robot.__enter__()
-        self.robot.home()
+        self.robot.enable()
         return self
 
     def __exit__(self, *exc: object) -> None:

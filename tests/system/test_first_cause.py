@@ -66,8 +66,10 @@ PHASES = ("moving", "jogging", "holding", "disabled", "enabling", "homing")
 class Scene:
     """A homed arm that does something until a disturbance strikes."""
 
-    def __init__(self, folder: Path, *, v1: bool = False) -> None:
-        self.arm, self.bus, self.robot = simulated_robot(folder, seed=3, v1=v1, frequency=400e3)
+    def __init__(self, folder: Path, *, v1: bool, homed: bool) -> None:
+        self.arm, self.bus, self.robot = simulated_robot(
+            folder, seed=3, v1=v1, frequency=400e3, homed=homed
+        )
         self.strike: Callable[[], object] = lambda: None
         self.cycles = 0
 
@@ -113,9 +115,9 @@ class Scene:
 
 
 @contextmanager
-def connected(*, v1: bool) -> Iterator[Scene]:
+def connected(*, v1: bool, homed: bool = True) -> Iterator[Scene]:
     with TemporaryDirectory() as folder:
-        scene = Scene(Path(folder), v1=v1)
+        scene = Scene(Path(folder), v1=v1, homed=homed)
         scene.robot.open()
         try:
             yield scene
@@ -171,9 +173,9 @@ def test_the_first_fault_names_what_happened(
     case: tuple[FaultKind, str], phase: str, moment: float, v1: bool
 ) -> None:
     expected, name = case
-    with connected(v1=v1) as scene:
+    with connected(v1=v1, homed=phase != "homing") as scene:
         if phase != "homing":
-            scene.robot.home()
+            scene.robot.enable()
         scene.do(phase, moment, lambda: KINDS[expected][name](scene.arm, scene.bus))
         if name == "one is slow" and v1 and kinds(scene.robot)[0][0] is FaultKind.OVERRUN:
             # Its two frames, each with its repetition, take longer than the joints wait.
@@ -195,10 +197,10 @@ def test_the_first_fault_names_what_happened(
 def test_bus5_after_a_stuck_bus_the_arm_moves_again_and_knows_its_positions(
     name: str, phase: str, moment: float, duration: float, v1: bool
 ) -> None:
-    with connected(v1=v1) as scene:
+    with connected(v1=v1, homed=phase != "homing") as scene:
         robot, arm = scene.robot, scene.arm
         if phase != "homing":
-            robot.home()
+            robot.enable()
         ends: list[float] = []
 
         def strike() -> None:
@@ -250,7 +252,7 @@ def test_bus5_a_stuck_bus_is_found_within_two_cycles_and_all_joints_stop(
 ) -> None:
     with connected(v1=v1) as scene:
         robot, arm = scene.robot, scene.arm
-        robot.home()
+        robot.enable()
         struck: list[float] = []
 
         def strike() -> None:
@@ -276,7 +278,6 @@ def test_bus5_an_original_joint_that_holds_the_clock_is_a_stuck_bus_until_its_po
 ):
     with connected(v1=True) as scene:
         robot = scene.robot
-        robot.home()
         robot.enable()
         # It answers one byte to this, and holds the clock where more is read.
         scene.bus.transfer((Transaction(0x13, b"\x7f", 5),))
@@ -301,7 +302,7 @@ def test_bus5_an_original_joint_that_holds_the_clock_is_a_stuck_bus_until_its_po
 def test_bus5_the_joint_whose_restart_freed_the_line_is_named() -> None:
     with connected(v1=False) as scene:
         robot = scene.robot
-        robot.home()
+        robot.enable()
         held = scene.bus.stuck()
         scene.cycle(5)
         require_right(robot, FaultKind.BUS_STUCK)
@@ -333,7 +334,7 @@ def test_one_slow_joint_does_not_make_connecting_blame_the_bus(tmp_path: Path) -
 
 def test_bus5_joints_that_cannot_be_disabled_are_named_once_with_the_stuck_bus() -> None:
     with connected(v1=False) as scene:
-        scene.robot.home()
+        scene.robot.enable()
         scene.bus.stuck()
         with pytest.raises(HardwareError) as caught:
             scene.robot.disable()
@@ -345,9 +346,9 @@ def test_bus5_joints_that_cannot_be_disabled_are_named_once_with_the_stuck_bus()
 
 @pytest.mark.parametrize("phase", PHASES)
 def test_usr1_motor_power_that_is_gone_is_named_in_every_phase(phase: str) -> None:
-    with connected(v1=False) as scene:
+    with connected(v1=False, homed=phase != "homing") as scene:
         if phase != "homing":
-            scene.robot.home()
+            scene.robot.enable()
         scene.do(phase, 0.4, lambda: scene.arm.set_motor_power(False))
         if phase == "disabled":
             assert scene.robot.faults == ()

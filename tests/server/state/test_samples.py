@@ -12,7 +12,7 @@ from bioscara.api import messages as m
 from bioscara.errors import InvalidArgumentError
 from bioscara.sim import SimulatedArm
 from served import HALF, NAME, RawClient, arm_served, eventually
-from simulated import NEAR
+from simulated import NEAR, simulated_bus
 
 
 def test_each_sample_comes_once_and_events_do_not_repeat_it() -> None:
@@ -104,7 +104,13 @@ def test_a_confirmation_without_a_subscription_does_nothing() -> None:
 
 
 def test_a_push_is_the_load_of_its_joint_in_samples_and_history() -> None:
-    with arm_served() as served, Robot.connect(f"arm:{NAME}") as robot, RawClient() as client:
+    # Homed by this robot: its motion leaves j1 with little load.
+    arm = simulated_bus(seed=2).arm
+    with (
+        arm_served(arm=arm) as served,
+        Robot.connect(f"arm:{NAME}") as robot,
+        RawClient() as client,
+    ):
         owner = served.owner
         # Until the friction of all joints holds the rest of the last motion.
         eventually(lambda: owner.sample.time > 1.0 and not owner.sample.moving)

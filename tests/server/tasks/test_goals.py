@@ -16,6 +16,7 @@ from bioscara.server.clients import events
 from bioscara.server.tasks import goals
 from bioscara.sim import FirmwareBus
 from served import HALF, NAME, arm_served, eventually
+from simulated import simulated_bus
 
 
 def kept(kind: type) -> int:
@@ -27,7 +28,9 @@ def kept(kind: type) -> int:
 def test_old_goals_that_failed_keep_no_trajectories(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(goals, "TRAJECTORIES", 1)
     others = kept(PreparedGoal)
-    with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
+    # Homed by this robot, whose record of the cycles is full then.
+    arm = simulated_bus(seed=2).arm
+    with arm_served(at=HALF, arm=arm) as served, Robot.connect(f"arm:{NAME}") as robot:
         bus = served.robot.arm.session.bus
         assert isinstance(bus, FirmwareBus)
         for _ in range(4):
@@ -51,7 +54,9 @@ def test_the_faults_that_were_acknowledged_by_old_goals_are_dropped(
 ) -> None:
     monkeypatch.setattr(goals, "TRAJECTORIES", 1)
     others = kept(ArmFault)
-    with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
+    # Homed by this robot, whose record of the cycles is full then.
+    arm = simulated_bus(seed=2).arm
+    with arm_served(at=HALF, arm=arm) as served, Robot.connect(f"arm:{NAME}") as robot:
         bus = served.robot.arm.session.bus
         assert isinstance(bus, FirmwareBus)
         for _ in range(4):
@@ -111,7 +116,9 @@ def test_a_fault_leaves_only_what_events_and_goals_keep_of_it(
     # Rings that are full after some faults.
     monkeypatch.setattr(goals, "KEPT", 10)
     monkeypatch.setattr(events, "KEPT", 50)
-    with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
+    # Homed by this robot, whose record of the cycles is full then.
+    arm = simulated_bus(seed=2).arm
+    with arm_served(at=HALF, arm=arm) as served, Robot.connect(f"arm:{NAME}") as robot:
         bus = served.robot.arm.session.bus
         assert isinstance(bus, FirmwareBus)
 
