@@ -714,6 +714,13 @@ MUTANTS = (
         ("tests/robot/connection/test_exit_guard.py",),
     ),
     Mutant(
+        "signals keep no setpoints from joints that come to rest",
+        "Arm.execute",
+        "nullcontext() if ending is None else exit_guard.postponed()",
+        "nullcontext()",
+        ("tests/robot/connection/test_exit_guard.py",),
+    ),
+    Mutant(
         "a command does not move an arm that was stopped before",
         "require_acknowledgement",
         "options.acknowledge or not robot.faults",

@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from typing import Any, TypeVar
 
 from bioscara.arguments import flag, number, whole
@@ -16,6 +16,7 @@ from bioscara.control.loop.loop import CycleReport
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, NotHomedError
 from bioscara.kinematics import Joints
+from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.connection.stack import Stack
@@ -217,9 +218,12 @@ class Arm:
         me, ending = threading.current_thread(), None
         while not operation.done:
             try:
-                self._take_turn(operation)
-                while not operation.done:
-                    self.step()
+                # Signals that repeat faster than a late computer ends a cycle would keep setpoints
+                # from the joints while they come to rest.
+                with nullcontext() if ending is None else exit_guard.postponed():
+                    self._take_turn(operation)
+                    while not operation.done:
+                        self.step()
             except BaseException as error:  # noqa: BLE001  raised below
                 self._interrupt((operation,), error)
                 if not isinstance(error, Exception):
