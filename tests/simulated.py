@@ -107,7 +107,7 @@ def simulated_bus(
 
     Args:
         seed: Of the noise and of the faults.
-        v1: Whether its joints are original ones, or the names of those that are.
+        v1: True if all joints have their original firmware; or the names of such joints.
         positions: Where joints stand [rad or m], instead of :data:`NEAR`.
         frequency: Of the bus [Hz]; None for a bus that takes no time.
         homed: Whether an earlier program homed and disabled the joints; they were just switched on
