@@ -108,7 +108,7 @@ def draw_plan(
     )
     # Fixed places: to compute them from the texts takes as long as the drawing itself.
     grid = figure.add_gridspec(
-        6, 3, left=0.045, right=0.69, bottom=0.04, top=0.935, wspace=0.27, hspace=0.36
+        6, 3, left=0.05, right=0.69, bottom=0.04, top=0.935, wspace=0.31, hspace=0.36
     )
     axes = [[figure.add_subplot(grid[row, column]) for column in range(3)] for row in range(6)]
     for index, limit in enumerate(limits):
