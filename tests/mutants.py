@@ -1596,6 +1596,20 @@ MUTANTS = (
         ("tests/robot/operations/controllers/test_controller_commands.py",),
     ),
     Mutant(
+        "limits that a client gives the jaws are kept",
+        "loadable_controllers._completed",
+        'if given.get("limits") is None:',
+        "if True:",
+        ("tests/robot/operations/controllers/test_controller_commands.py",),
+    ),
+    Mutant(
+        "limits that a client gives the jaws are not wider than those of the arm",
+        "loadable_controllers._require_limits",
+        "if lower < least or upper > most:",
+        "if False:",
+        ("tests/server/controllers/test_requests.py",),
+    ),
+    Mutant(
         "jaws of clients move where the arm rests",
         "send_gripper_goal",
         "if joint.commanded and",

@@ -29,7 +29,7 @@ FILES = [*PACKAGES.glob("*/config/*controller*.yaml")]
 
 def owned(kind: str, **flat: Any) -> dict[str, Any]:
     return for_owner(
-        kind, {name.replace("__", "."): value for name, value in flat.items()}, DESCRIPTION, ARM
+        kind, {name.replace("__", "."): value for name, value in flat.items()}, DESCRIPTION
     )
 
 
@@ -56,7 +56,7 @@ def test_a_name_that_is_a_value_and_a_group_is_refused(flat: dict[str, int]) -> 
 )
 def test_rule_40_the_files_of_the_bringup_are_understood(name: str, kind: str) -> None:
     flat = parameters_of(name, *FILES)
-    values = for_owner(kind, {**flat, "use_sim_time": False}, DESCRIPTION, ARM)
+    values = for_owner(kind, {**flat, "use_sim_time": False}, DESCRIPTION)
     controller = TYPES[kind](name, TYPES[kind].PARAMETERS.read(name, values))
     controller.on_configure()
 
@@ -102,12 +102,6 @@ def test_homing_of_something_else_is_refused(name: str, value: list[str], compla
         owned(HOMING, **{name: value})
 
 
-def test_rule_71_the_gripper_gets_the_limits_of_the_arm_unless_it_has_others() -> None:
-    jaws = ARM.gripper
-    assert owned(GRIPPER, joint="gripper")["limits"] == [jaws.lower, jaws.upper]
-    assert owned(GRIPPER, joint="gripper", limits=[0.0, 0.01])["limits"] == [0.0, 0.01]
-
-
 def test_rule_70_the_broadcaster_requires_joints_of_the_arm_alone() -> None:
     assert owned(BROADCASTER)["joints"] == ["j1", "j2", "j3", "j4"]
     assert owned(BROADCASTER, joints=["j2", "gripper"])["joints"] == ["j2"]
@@ -120,7 +114,7 @@ def test_prefixed_joints_have_the_names_of_the_owner() -> None:
     tag = f'<ros2_control name="a" type="system">{text}</ros2_control>'
     description = RobotDescription(f"<robot name='r'>{tag}</robot>")
     flat = {"joints": ["left_j1"], "gains.left_j1.p": 1.0, "constraints.left_j1.goal": 0.1}
-    assert for_owner(TRAJECTORY, flat, description, ARM) == {
+    assert for_owner(TRAJECTORY, flat, description) == {
         "joints": ["j1"],
         "gains": {"j1": {"p": 1.0}},
         "constraints": {"j1": {"goal": 0.1}},

@@ -144,6 +144,27 @@ def test_the_arms_own_controllers_are_not_for_clients(left: Site, change: object
             ConfigurationError,
             "home",
         ),
+        (
+            "x",
+            GRIPPER,
+            {"joint": "gripper", "limits": [0.03, 0.1]},
+            ConfigurationError,
+            r"limits 0.03 .. 0.1 m are wider .* 0.04 .. 0.112 m",
+        ),
+        (
+            "x",
+            GRIPPER,
+            {"joint": "gripper", "limits": [0.05, 0.2]},
+            ConfigurationError,
+            r"limits 0.05 .. 0.2 m are wider",
+        ),
+        (
+            "x",
+            GRIPPER,
+            {"joint": "gripper", "velocity_limit": 2.0},
+            ConfigurationError,
+            "velocity_limit 2 m/s is above .* at most 1 m/s",
+        ),
         ("x", JTC, {"joints": ["j" * 200_000]}, ConfigurationError, "is none of"),
     ],
 )

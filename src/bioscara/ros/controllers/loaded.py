@@ -240,12 +240,10 @@ class LoadedControllers:
         node.sent = values
 
     def _for_owner(self, node: ControllerNode) -> dict[str, Any]:
-        bridge = self._bridge
         given = node.parameters()
         if fallbacks := self._bridge.parameter(f"{node.name}.fallback_controllers"):
             given["fallback_controllers"] = fallbacks
-        arm = bridge.owner.robot.parameters
-        return parameters.for_owner(node.kind, given, bridge.description, arm)
+        return parameters.for_owner(node.kind, given, self._bridge.description)
 
     def _arguments(self, name: str) -> list[str]:
         """Return the arguments of a controller's node: its files, then others."""

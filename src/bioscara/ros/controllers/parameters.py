@@ -13,7 +13,6 @@ from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.errors import ConfigurationError
-from bioscara.model import ArmParameters
 from bioscara.model.parameters import JOINTS
 from bioscara.ros.arm.description import RobotDescription
 
@@ -106,16 +105,13 @@ def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def for_owner(
-    kind: str, flat: Mapping[str, Any], description: RobotDescription, arm: ArmParameters
-) -> dict[str, Any]:
+def for_owner(kind: str, flat: Mapping[str, Any], description: RobotDescription) -> dict[str, Any]:
     """Return the parameters of a controller, as the owner of the arm takes them.
 
     Args:
         kind: Type of the controller.
         flat: Parameters of its node, with dots in their names.
         description: The description with the names of joints.
-        arm: Parameters of the arm, for those that files do not have.
 
     Raises:
         ConfigurationError: One asks for something that does not exist here.
@@ -129,7 +125,7 @@ def for_owner(
             "is_async: there are no asynchronous controllers here; leave it out"
         )
     arranged = _ARRANGED.get(kind)
-    return values if arranged is None else arranged(values, arm)
+    return values if arranged is None else arranged(values)
 
 
 def _of_other_types(kind: str) -> set[str]:
@@ -138,7 +134,7 @@ def _of_other_types(kind: str) -> set[str]:
     return set().union(*others) - _NAMES.get(kind, frozenset())
 
 
-def _trajectory(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
+def _trajectory(values: dict[str, Any]) -> dict[str, Any]:
     commanded = values.pop("command_joints", None)
     if commanded and commanded != values.get("joints"):
         raise ConfigurationError(
@@ -150,7 +146,7 @@ def _trajectory(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  
     return values
 
 
-def _homing(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
+def _homing(values: dict[str, Any]) -> dict[str, Any]:
     groups = {}
     for which in ("command_interfaces", "state_interfaces"):
         section = values.pop(which, {})
@@ -175,26 +171,16 @@ def _homing(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # no
     return values
 
 
-def _gripper(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:
-    jaws = arm.gripper
-    return {
-        "limits": [jaws.lower, jaws.upper],
-        "velocity_limit": jaws.max_velocity,
-        **values,
-    }
-
-
-def _broadcaster(values: dict[str, Any], arm: ArmParameters) -> dict[str, Any]:  # noqa: ARG001
+def _broadcaster(values: dict[str, Any]) -> dict[str, Any]:
     kept = {name: value for name, value in values.items() if name not in _OF_BROADCASTER}
     # The gripper is published where it has a position, and must not be required.
     joints = [joint for joint in kept.pop("joints", None) or JOINTS if joint in JOINTS]
     return {**kept, "joints": joints or list(JOINTS)}
 
 
-_ARRANGED: dict[str, Callable[[dict[str, Any], ArmParameters], dict[str, Any]]] = {
+_ARRANGED: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     JointTrajectoryController.TYPE: _trajectory,
     HomingController.TYPE: _homing,
-    GripperActionController.TYPE: _gripper,
     JointStateBroadcaster.TYPE: _broadcaster,
 }
 """How the parameters of each type are arranged; others are passed on."""

@@ -8,7 +8,10 @@ from typing import Any
 
 from bioscara.arguments import shown
 from bioscara.control.controllers.controller import AnyController
-from bioscara.control.controllers.gripper_action_controller import GripperActionController
+from bioscara.control.controllers.gripper_action_controller import (
+    GripperActionController,
+    GripperActionParameters,
+)
 from bioscara.control.controllers.hold_controller import HoldController
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.jog_controller import JogController
@@ -66,20 +69,21 @@ def made_controller(stack: Stack, name: str, kind: str, values: Mapping[str, Any
         raise SwitchError(unknown(kind, CLIENT_TYPES, "controller type"))
     controller = stack.manager.make(name, kind, _completed(stack, kind, values))
     _require_names(stack, controller)
+    if isinstance(controller, GripperActionController):
+        _require_limits(name, controller.parameters, stack.gripper.parameters)
     return controller
 
 
 def _completed(stack: Stack, kind: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return parameters with those of the arm's own controller of that type where none are given.
-
-    The limits of the jaws are always those of the arm.
-    """
+    """Return parameters, with those of the arm's own controller of that type as defaults."""
     given = dict(values)
     if kind == HomingController.TYPE:
         return _with_homing_limits(stack, given)
     if kind == GripperActionController.TYPE:
         own = stack.gripper.parameters
-        given |= {"limits": own.limits, "velocity_limit": own.velocity_limit}
+        if given.get("limits") is None:
+            given["limits"] = own.limits
+        given.setdefault("velocity_limit", own.velocity_limit)
     elif kind == JointStateBroadcaster.TYPE:
         given.setdefault("joints", [axis.name for axis in stack.arm.axes])
     return given
@@ -125,6 +129,24 @@ def _require_names(stack: Stack, controller: AnyController) -> None:
             )
     for fallback in parameters.fallback_controllers:
         require_client(fallback)
+
+
+def _require_limits(
+    name: str, given: GripperActionParameters, own: GripperActionParameters
+) -> None:
+    """Raise if limits of the jaws are wider than those of the arm's own controller."""
+    if given.limits is not None and own.limits is not None:
+        (lower, upper), (least, most) = given.limits, own.limits
+        if lower < least or upper > most:
+            raise ConfigurationError(
+                f"{name}: limits {lower:g} .. {upper:g} m are wider than those of the arm; give "
+                f"some within {least:g} .. {most:g} m"
+            )
+    if given.velocity_limit > own.velocity_limit:
+        raise ConfigurationError(
+            f"{name}: velocity_limit {given.velocity_limit:g} m/s is above that of the arm; give "
+            f"at most {own.velocity_limit:g} m/s"
+        )
 
 
 def _require_known(what: str, given: Sequence[str], known: Sequence[str]) -> None:

@@ -74,6 +74,23 @@ def test_the_jaws_move_to_a_goal(jaws: Site) -> None:
     assert jaws.states()["gripper_controller"] == "inactive"
 
 
+def test_rule_71_a_client_may_give_tighter_limits_of_the_jaws(left: Site) -> None:
+    controllers = left.robot.controllers
+    controllers.set_hardware_state("bioscara_gripper", "active")
+    tight = {"joint": "gripper", "limits": [0.05, 0.1], "velocity_limit": 0.01}
+    left.load("gripper_controller", GRIPPER, tight)
+    controllers.switch(["gripper_controller"])
+    for width in (0.045, 0.105):
+        with pytest.raises(GoalRejectedError, match=r"outside 0.05 .. 0.1 m"):
+            controllers.move_gripper("gripper_controller", GripperGoal((width,)))
+    start = values_of(left.newest)["gripper/position"]
+    width = 0.1 if start < 0.075 else 0.05
+    begin = left.newest.time
+    left.ended(controllers.move_gripper("gripper_controller", GripperGoal((width,))))
+    # Within the tolerance of 10 mm the goal is reached.
+    assert left.newest.time - begin > (abs(width - start) - 0.01) / 0.01 - 0.1
+
+
 def test_a_stroke_that_is_not_clear_is_refused(jaws: Site) -> None:
     controllers = jaws.robot.controllers
     jaws.ended(controllers.move_gripper("gripper_controller", GripperGoal((0.04,))))
