@@ -714,6 +714,13 @@ MUTANTS = (
         ("tests/robot/connection/test_exit_guard.py",),
     ),
     Mutant(
+        "Ctrl-C does not begin a release anew",
+        "postponed",
+        "signal.signal(signal.SIGINT, _exit)",
+        "pass",
+        ("tests/robot/connection/test_exit_guard.py",),
+    ),
+    Mutant(
         "signals keep no setpoints from joints that come to rest",
         "Arm.execute",
         "nullcontext() if ending is None else exit_guard.postponed()",

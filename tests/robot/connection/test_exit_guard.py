@@ -118,21 +118,38 @@ def test_host10_a_program_that_ends_without_close_releases_the_arm_at_rest(
     require_released(arm, folder)
 
 
-@pytest.mark.parametrize("kind", ["in_a_with_that_waits", "opened", "returning"])
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [
+        ("in_a_with_that_waits", signal.SIGTERM),
+        ("opened", signal.SIGTERM),
+        ("returning", signal.SIGTERM),
+        # As of a key that is held.
+        ("in_a_with_that_waits", signal.SIGINT),
+        ("opened", signal.SIGINT),
+    ],
+    ids=lambda each: getattr(each, "name", None),
+)
 def test_signals_that_repeat_end_nothing_before_the_arm_is_released(
-    begin: Start, arm: Path, folder: Path, kind: str
+    begin: Start, arm: Path, folder: Path, kind: str, number: signal.Signals
 ) -> None:
-    process = begin(kind)
+    # A shell starts background programs, and those that they start, with SIGINT ignored.
+    process = begin(
+        kind, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
+    )
     sent_until = time.monotonic() + LIMIT
     while process.poll() is None:
         assert time.monotonic() < sent_until
-        process.send_signal(signal.SIGTERM)
+        process.send_signal(number)
         # In the first kind they interrupt the control loop: in each cycle.
         time.sleep(0.005 if kind == "in_a_with_that_waits" else 0.02)
     status, errors = ended(process)
     # Once the arm is released, a signal ends the program at once.
-    assert status in {128 + signal.SIGTERM, -signal.SIGTERM, *([0] if kind == "returning" else [])}
-    assert errors == ""
+    assert status in {128 + number, -number, *([0] if kind == "returning" else [])}
+    if number == signal.SIGINT:
+        assert "KeyboardInterrupt" in errors
+    else:
+        assert errors == ""
     require_released(arm, folder)
 
 

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, Protocol
 
@@ -72,26 +72,35 @@ def forget(robot: Closeable) -> None:
 
 @contextmanager
 def postponed() -> Iterator[None]:
-    """Postpone signals to the end of the block, which closes a robot.
+    """Postpone signals, and Ctrl-C, to the end of the block, which closes a robot.
 
     Each one would interrupt the closing, which then begins anew: signals that repeat faster than
-    the joints can be released would keep them energised.
+    the joints can be released would keep them energised. Ctrl-C of a program that handles SIGINT
+    itself is not postponed.
 
     Raises:
         SystemExit: A signal arrived in the block.
+        KeyboardInterrupt: Ctrl-C did.
     """
     if threading.current_thread() is not threading.main_thread():
         yield  # Only the main thread is interrupted by signals.
         return
-    _closing.append(time.monotonic())
+    outer = len(_closing)
     try:
+        _closing.append(time.monotonic())
+        # Not before: asyncio and notebooks look for Python's own handler.
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, _exit)
         yield
     finally:
-        _closing.pop()
-        if _postponed and not _closing:
-            number = _postponed[0]
+        del _closing[outer:]
+        if not _closing:
+            number = _postponed[0] if _postponed else None
             _postponed.clear()
-            raise SystemExit(128 + number)
+            if signal.getsignal(signal.SIGINT) is _exit:
+                signal.signal(signal.SIGINT, signal.default_int_handler)
+            if number is not None:
+                raise _ending(number)
 
 
 def _exit(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the form of a handler
@@ -101,15 +110,22 @@ def _exit(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the fo
     # Python drops an exception that is raised within a finalizer: the motion ends nevertheless.
     for robot in [*_guarded]:
         robot.stop()
+    raise _ending(number)
+
+
+def _ending(number: int) -> BaseException:
+    """Return what ends a program by a signal."""
+    if number == signal.SIGINT:
+        return KeyboardInterrupt()
     # The status of a process that such a signal ended, for shells and supervisors.
-    raise SystemExit(128 + number)
+    return SystemExit(128 + number)
 
 
 def _close_all() -> None:
-    for robot in [*_guarded]:
-        try:
-            robot.close()
-        except SystemExit:
-            pass  # The program is ending.
-        except Exception as error:  # noqa: BLE001  the others are closed nevertheless
-            sys.stderr.write(f"bioscara: at exit: {error}\n")
+    # The program is ending by itself.
+    with suppress(SystemExit, KeyboardInterrupt), postponed():
+        for robot in [*_guarded]:
+            try:
+                robot.close()
+            except Exception as error:  # noqa: BLE001  the others are closed nevertheless
+                sys.stderr.write(f"bioscara: at exit: {error}\n")
