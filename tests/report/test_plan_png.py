@@ -140,6 +140,16 @@ def test_zones_are_drawn_at_their_positions() -> None:
     assert height.get_ylim()[1] < 0.9
 
 
+def test_a_vertical_motion_is_drawn_as_one() -> None:
+    """Its path from above has no length but for rounding errors."""
+    ends = [[-0.6, 0.1, 1.2, -0.6], [-0.6 + 1e-14, 0.2, 1.2, -0.6]]
+    upwards = Trajectory(ARM_NAMES, [0.0, 2.0], ends)
+    axis = draw_plan(upwards, ARM, PARAMETERS.joints, FULL).axes[-1]
+    low, high = axis.get_xlim()
+    assert high - low >= 0.01
+    assert np.allclose(axis.get_lines()[0].get_xdata(), 0.5 * (low + high), atol=1e-6)
+
+
 def test_the_outline_of_a_shape_is_the_border_of_its_area() -> None:
     shape = Prism(0.3, -0.2, 0.1, 0.05, 0.0, 1.0, radius=0.02, yaw=0.7)
     border = shape.outline()

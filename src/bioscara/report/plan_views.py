@@ -110,14 +110,19 @@ def draw_height(axis: Axes, path: ToolPath, arm: Scara, scene: Scene) -> None:
         # The borders of a cell may be far away; they are visible only if they are near.
         axis.set_ylim(low - _MARGIN, high + _MARGIN)
     widen(axis, LEAST)
+    # The path of a vertical motion has no length from above, but for rounding errors.
+    axis.set_xlim(_widened(axis.get_xlim(), LEAST))
 
 
 def widen(axis: Axes, least: float) -> None:
     """Show at least ``least`` from bottom to top, so that rounding errors appear as rest."""
-    low, high = axis.get_ylim()
-    if high - low < least:
-        middle = 0.5 * (low + high)
-        axis.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
+    axis.set_ylim(_widened(axis.get_ylim(), least))
+
+
+def _widened(limits: tuple[float, float], least: float) -> tuple[float, float]:
+    low, high = limits
+    missing = max(least - (high - low), 0.0)
+    return low - 0.5 * missing, high + 0.5 * missing
 
 
 def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
