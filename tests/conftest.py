@@ -19,6 +19,7 @@ from hypothesis import settings
 # Before NumPy is imported: each of some 500 programs would spin for 0.1 s in a second thread.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from bioscara.robot.connection import exit_guard
 from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
 from late_machine import pytest_terminal_summary as pytest_terminal_summary
 from processes import running
@@ -71,6 +72,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("realtime") and not _names_realtime(item.path):
             raise pytest.UsageError(f"{item.nodeid}: its module does not name the mark realtime")
+
+
+def pytest_sessionfinish() -> None:
+    """Forget the robots that tests left open; each would say at the exit that its bus is gone."""
+    for robot in [*exit_guard._guarded]:
+        exit_guard.forget(robot)
 
 
 @pytest.fixture(scope="module")

@@ -133,10 +133,7 @@ def test_host10_a_program_that_ends_without_close_releases_the_arm_at_rest(
 def test_signals_that_repeat_end_nothing_before_the_arm_is_released(
     begin: Start, arm: Path, folder: Path, kind: str, number: signal.Signals
 ) -> None:
-    # A shell starts background programs, and those that they start, with SIGINT ignored.
-    process = begin(
-        kind, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
-    )
+    process = begin(kind)
     sent_until = time.monotonic() + LIMIT
     while process.poll() is None:
         assert time.monotonic() < sent_until
