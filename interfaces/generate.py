@@ -93,8 +93,9 @@ def refuse_beside_ros(environ: Mapping[str, str]) -> None:
             if (index / package).exists():
                 raise BuildError(
                     f"{prefix} is a ROS installation with {package}, and must not be mixed with "
-                    "the ROS wheels: install ros-$ROS_DISTRO-control-msgs and "
-                    "ros-$ROS_DISTRO-controller-manager-msgs with apt and build "
+                    "the ROS wheels: install ros-$ROS_DISTRO-control-msgs, "
+                    "ros-$ROS_DISTRO-controller-manager-msgs and "
+                    "ros-$ROS_DISTRO-pal-statistics-msgs with apt and build "
                     "bioscara_interfaces with colcon, or unset AMENT_PREFIX_PATH"
                 )
 

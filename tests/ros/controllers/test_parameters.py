@@ -70,43 +70,80 @@ def test_rule_58_and_69_parameters_of_the_manager_that_cannot_apply_are_reported
             "handle_exceptions": True,
             "hardware_components_initial_state.inactive": ["bioscara_arm"],
             "thread_priority": 50,
+            "diagnostics.threshold.controllers.periodicity.mean_error.warn": 5.0,
+            "defaults.switch_controller.strictness": "auto",
         }
     )
     assert [sentence.partition(" ")[0] for sentence in sentences] == [
         "enforce_command_limits",
+        "defaults.switch_controller.strictness",
         "hardware_components_initial_state",
         "thread_priority",
+        "diagnostics",
     ]
     assert "limits always apply" in sentences[0]
 
 
+def homing(**flat: Any) -> Any:
+    """Return the parameters of homing, as the owner reads them."""
+    return TYPES[HOMING].PARAMETERS.read("homing_controller", owned(HOMING, **flat))
+
+
 def test_homing_joints_come_from_flattened_names_in_the_order_of_the_arm() -> None:
-    values = owned(
-        HOMING,
-        command_interfaces__joints__j4__interfaces=["home"],
-        command_interfaces__joints__j2__interfaces=["home"],
-        state_interfaces__joints__j2__interfaces=["home"],
-    )
-    assert values == {"joints": ["j2", "j4"]}
+    flat = {
+        f"{which}_interfaces__joints__{joint}__interfaces": ["home"]
+        for which in ("command", "state")
+        for joint in ("j4", "j2")
+    }
+    assert homing(**flat).joints == ("j2", "j4")
+    read = homing(**flat, joints=["j4", "j2"], max_travel=[7.0, 0.4])
+    assert (read.joints, read.max_travel) == (("j4", "j2"), (7.0, 0.4))
+    with pytest.raises(ConfigurationError, match=r"max_travel .* give joints, too"):
+        homing(**flat, max_travel=[7.0, 0.4])
+
+
+COMMANDED = "command_interfaces__joints__j1__interfaces"
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "complaint"),
+    ("flat", "complaint"),
     [
-        ("command_interfaces__joints__j1__interfaces", ["position"], "can only be .home."),
-        ("command_interfaces__joints__j9__interfaces", ["home"], "joints.j9: only j1, j2"),
+        ({COMMANDED: ["position"]}, r"not \[home\]"),
+        ({COMMANDED: ["home"], "command_interfaces__joints__j1__gains": 1.0}, r"not \[home\]"),
+        ({COMMANDED: ["home"], "joints": ["j2"]}, "of other joints"),
+        (
+            {COMMANDED: ["home"], "state_interfaces__joints__j4__interfaces": ["home"]},
+            "of other joints",
+        ),
     ],
 )
-def test_homing_of_something_else_is_refused(name: str, value: list[str], complaint: str) -> None:
+def test_homing_of_something_else_is_refused(flat: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ConfigurationError, match=complaint):
-        owned(HOMING, **{name: value})
+        homing(**flat)
 
 
 def test_rule_70_the_broadcaster_requires_joints_of_the_arm_alone() -> None:
     assert owned(BROADCASTER)["joints"] == ["j1", "j2", "j3", "j4"]
     assert owned(BROADCASTER, joints=["j2", "gripper"])["joints"] == ["j2"]
-    values = owned(BROADCASTER, frame_id="world", use_local_topics=True, interfaces=["position"])
+    same = {"map_interface_to_joint_state__position": "position"}
+    values = owned(
+        BROADCASTER, frame_id="world", use_local_topics=True, interfaces=["position"], **same
+    )
     assert values == {"joints": ["j1", "j2", "j3", "j4"]}
+
+
+@pytest.mark.parametrize(
+    ("flat", "complaint"),
+    [
+        ({"joints": ["j1", "j9"]}, "'j9' is none of j1, j2, j3, j4, gripper"),
+        ({"map_interface_to_joint_state__position": "home"}, "keep their names"),
+    ],
+)
+def test_what_the_broadcaster_cannot_publish_is_refused(
+    flat: dict[str, Any], complaint: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=complaint):
+        owned(BROADCASTER, **flat)
 
 
 def test_prefixed_joints_have_the_names_of_the_owner() -> None:
@@ -144,7 +181,8 @@ def test_parameters_of_other_types_are_left_out_and_unknown_ones_are_refused(kin
     flat = {
         "constraints__goal_time": 3.0,
         "interface_name": "position",
-        "max_travel": 1.0,
+        "joints": ["j1"],
+        "max_travel": [1.0],
         "allow_stalling": True,
         "use_local_topics": False,
     }
@@ -155,4 +193,4 @@ def test_parameters_of_other_types_are_left_out_and_unknown_ones_are_refused(kin
 
 def test_the_interfaces_of_another_type_are_no_joints_to_home() -> None:
     with pytest.raises(ConfigurationError, match="command_interfaces is"):
-        owned(HOMING, command_interfaces=["velocity"])
+        homing(command_interfaces=["velocity"])

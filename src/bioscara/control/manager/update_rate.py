@@ -26,8 +26,7 @@ def require_rate(rate: int) -> int:
 class Schedule:
     """Measures the time since the last update of one controller.
 
-    A rate that does not divide that of the cycle becomes the nearest one that does; a higher one
-    becomes that of the cycle.
+    The time between updates is the nearest whole number of cycles, at least one.
 
     Args:
         cycle_rate: Cycles per second [Hz].

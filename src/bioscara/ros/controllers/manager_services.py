@@ -15,6 +15,7 @@ from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros import messages, requests
 from bioscara.ros.bridge import SERVICES, Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
+from bioscara.ros.controllers.parameters import STRICTNESS, STRICTNESSES
 
 _BASE_CLASS = "controller_interface::ControllerInterface"
 _SWITCH_TIMEOUT = 1.0
@@ -164,12 +165,11 @@ class ManagerServices:
             InvalidArgumentError: It is none.
         """
         if strictness == 0:
-            parameter = "defaults.switch_controller.strictness"
-            given = self._bridge.parameter(parameter)
-            chosen = "strict" if given is None else given
-            if chosen not in ("strict", "best_effort"):
+            given = self._bridge.parameter(STRICTNESS)
+            chosen = STRICTNESSES[0] if given is None else given
+            if chosen not in STRICTNESSES:
                 raise InvalidArgumentError(
-                    f"{parameter} is {chosen!r}; it is strict or best_effort"
+                    f"{STRICTNESS} is {chosen!r}; it is {' or '.join(STRICTNESSES)}"
                 )
             return bool(chosen == "strict")
         if strictness in (3, 4):

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any
 
+from bioscara.arguments import shown
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.homing_controller import HomingController
@@ -14,7 +15,7 @@ from bioscara.control.controllers.joint_state_broadcaster import JointStateBroad
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import JOINTS
-from bioscara.ros.arm.description import RobotDescription
+from bioscara.ros.arm.description import GRIPPER_JOINT, RobotDescription
 
 _OF_NODES = frozenset(
     {
@@ -65,8 +66,16 @@ _OF_OWNER = {
     "thread_priority": "bioscara serve has the option --priority",
     "cpu_affinity": "taskset chooses the processors of bioscara serve",
     "lock_memory": "bioscara serve --priority locks the memory",
+    "diagnostics": "the thresholds of diagnostics are fixed",
+    "shutdown_on_initial_state_failure": "the initial state is not set by the start",
 }
 """Parameters that have no effect, and those that have one."""
+
+
+STRICTNESS = "defaults.switch_controller.strictness"
+"""Parameter of the manager: how switches are carried out whose requests do not say it."""
+STRICTNESSES = ("strict", "best_effort")
+"""Its values; the first is the default."""
 
 
 def without_effect(flat: Mapping[str, Any]) -> list[str]:
@@ -80,6 +89,9 @@ def without_effect(flat: Mapping[str, Any]) -> list[str]:
         for name, value in flat.items()
         if name in _FIXED and value != _FIXED[name][0]
     ]
+    strictness = flat.get(STRICTNESS, STRICTNESSES[0])
+    if strictness not in STRICTNESSES:
+        found.append(f"{STRICTNESS} {strictness!r} is none of {', '.join(STRICTNESSES)}")
     groups = dict.fromkeys(name.partition(".")[0] for name in flat)
     found += [f"{name} has no effect: {_OF_OWNER[name]}" for name in groups if name in _OF_OWNER]
     return found
@@ -147,35 +159,33 @@ def _trajectory(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _homing(values: dict[str, Any]) -> dict[str, Any]:
-    groups = {}
+    if values.get("max_travel") and not values.get("joints"):
+        raise ConfigurationError(
+            f"max_travel {values['max_travel']} is of joints in no known order; give joints, too"
+        )
     for which in ("command_interfaces", "state_interfaces"):
-        section = values.pop(which, {})
-        if not isinstance(section, dict):
-            raise ConfigurationError(f"{which} is {section}; give joints.NAME.interfaces: [home]")
-        groups[which] = section.get("joints", {})
-        for joint, group in groups[which].items():
-            given = group.get("interfaces") if isinstance(group, dict) else group
-            if given != ["home"]:
-                raise ConfigurationError(
-                    f"{which}.joints.{joint}.interfaces is {given}; it can only be [home]"
-                )
-    named = groups["command_interfaces"]
-    for joint in named:
-        if joint not in JOINTS:
-            raise ConfigurationError(
-                f"command_interfaces.joints.{joint}: only {', '.join(JOINTS)} can be homed"
-            )
-    # As the arm has them: files give them in no order.
-    if named:
-        values["joints"] = [joint for joint in JOINTS if joint in named]
+        section = values.get(which)
+        if isinstance(section, dict) and isinstance(section.get("joints"), dict):
+            # As the arm has them: files give them in no order.
+            values[which] = {**section, "joints": dict(sorted(section["joints"].items()))}
     return values
 
 
 def _broadcaster(values: dict[str, Any]) -> dict[str, Any]:
+    renamed = values.get("map_interface_to_joint_state", {})
+    if not isinstance(renamed, dict) or any(name != given for name, given in renamed.items()):
+        raise ConfigurationError(
+            f"map_interface_to_joint_state {renamed}: interfaces keep their names; leave it out"
+        )
     kept = {name: value for name, value in values.items() if name not in _OF_BROADCASTER}
+    given, known = kept.pop("joints", None) or JOINTS, (*JOINTS, GRIPPER_JOINT)
+    for joint in given:
+        if joint not in known:
+            raise ConfigurationError(
+                f"joints: {shown(joint)} is none of {', '.join(known)}; name some of these"
+            )
     # The gripper is published where it has a position, and must not be required.
-    joints = [joint for joint in kept.pop("joints", None) or JOINTS if joint in JOINTS]
-    return {**kept, "joints": joints or list(JOINTS)}
+    return {**kept, "joints": [joint for joint in given if joint in JOINTS] or list(JOINTS)}
 
 
 _ARRANGED: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
