@@ -52,6 +52,9 @@ from processes import environment
         ("demo --v1 --bus linux:1", "--v1 applies only to"),
         ("enable", "enable needs an arm that outlasts this command"),
         ("monitor --bus sim", "bioscara simulate --socket"),
+        ("home --arm left --bus sim", "--arm and --bus exclude one another"),
+        ("home --arm left --rate 50", "--rate is chosen by the owner of left; leave it out"),
+        ("home --arm left --parameters a.yaml", "--parameters is chosen by the owner of left"),
         ("serve --with webb", "there is no gateway 'webb'; did you mean web?"),
         ("gripper wide", "WIDTH: 'wide' is not a number"),
     ],
@@ -90,6 +93,19 @@ def test_the_shell_gets_the_remedy_for_an_arm_as_a_word() -> None:
     said = subprocess.run(command, capture_output=True, text=True, env=environment(), check=False)
     assert (said.returncode, said.stdout) == (2, "")
     assert "an arm is named by --arm left; see bioscara status --help" in said.stderr
+
+
+def test_the_variable_names_an_arm_only_where_no_bus_is_given(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("BIOSCARA_ARM", "left")
+    assert parse(["home"]).arm == "left"
+    for bus in ("sim", "linux:1"):
+        options = parse(["home", "--bus", bus])
+        assert (options.arm, options.bus) == (None, bus)
+    with pytest.raises(SystemExit):
+        parse(["home", "--rate", "50"])
+    assert "--rate is chosen by the owner of left" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ import pytest
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import (
     InvalidArgumentError,
+    LifecycleError,
     MotionCancelledError,
     NotHomedError,
     UnreachableError,
@@ -21,10 +22,12 @@ from bioscara.errors import (
 from bioscara.kinematics import Pose, batch
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.waypoints import Motion, Waypoint
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
 from simulated import homed_robot
@@ -303,6 +306,30 @@ def test_poses_and_tools_have_names(robot: Robot) -> None:
         robot.tool = "probe"
         robot.move_named("well")
         assert near(robot.pose, HERE)
+    finally:
+        robot.tool = "fingers"
+        robot.table = table
+
+
+def test_a_mounted_tool_is_as_the_table_has_it(robot: Robot) -> None:
+    table = robot.table
+    probe = Tool("probe", Pose(0.05, 0.0, -0.1), 0.1)
+    longer = Tool("probe", Pose(0.05, 0.0, -0.15), 0.1)
+    try:
+        robot.table = table.with_tool(probe)
+        robot.tool = probe
+        height = robot.pose.z
+        robot.table = robot.table.with_tool(longer, overwrite=True)
+        assert robot.tool == longer
+        assert robot.pose.z == pytest.approx(height - 0.05)
+        with pytest.raises(InvalidArgumentError, match="probe is another one in the table"):
+            robot.tool = probe
+        with pytest.raises(InvalidArgumentError, match="no tool probe, which is mounted"):
+            robot.table = table
+        robot.attach(Load("vial", Prism(0.0, 0.0, 0.01, 0.01, -0.01, 0.01)))
+        with pytest.raises(LifecycleError, match="carries vial"):
+            robot.table = robot.table.with_tool(probe, overwrite=True)
+        robot.detach()
     finally:
         robot.tool = "fingers"
         robot.table = table

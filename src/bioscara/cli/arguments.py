@@ -102,19 +102,25 @@ def _without_ros(words: list[str]) -> tuple[list[str], list[str]]:
 
 def _choose_owner(parser: Parser, options: Options) -> None:
     """Choose the owner whose arm the command uses, if there is one."""
-    bus = getattr(options, "bus", None)
-    if not hasattr(options, "owned") or bus is None:
+    if not hasattr(options, "owned"):
         return
+    bus_given = options.bus is not None
+    if not bus_given:
+        options.bus = "sim"
+    overlay = getattr(options, "parameters", None)
     owners_own = {
+        "--parameters": overlay is not None and str(overlay) != os.environ.get(OVERLAY_VARIABLE),
         "--v1": getattr(options, "v1", False),
         "--rate": getattr(options, "rate", None) is not None,
         "--priority": getattr(options, "priority", None) is not None,
         "--realtime": getattr(options, "realtime", False),
     }
     given = [word for word, value in owners_own.items() if value]
+    if options.arm is not None and bus_given:
+        parser.error("--arm and --bus exclude one another; leave out one of them")
+    if options.arm is None and options.owned and not bus_given:
+        options.arm = os.environ.get(ARM_VARIABLE) or None
     if options.arm is not None:
-        if bus != "sim":
-            parser.error("--arm and --bus exclude one another; leave out one of them")
         if given:
             parser.error(f"{given[0]} is chosen by the owner of {options.arm}; leave it out")
         return
@@ -123,10 +129,7 @@ def _choose_owner(parser: Parser, options: Options) -> None:
     # Imported here: most commands have no owner to look for.
     from bioscara.api import runtime  # noqa: PLC0415
 
-    if name := os.environ.get(ARM_VARIABLE):
-        options.arm = name
-        return
-    running = [owner.name for owner in runtime.owners() if owner.bus == bus]
+    running = [owner.name for owner in runtime.owners() if owner.bus == options.bus]
     if len(running) > 1:
         parser.error(f"there are the arms {', '.join(running)}; choose one with --arm NAME")
     options.arm = running[0] if running else None
@@ -781,7 +784,7 @@ def _add_bus(parser: Parser, *, owned: bool = True) -> None:
         parser: Parser of the command.
         owned: Whether it may be the arm of a running owner.
     """
-    parser.add_argument("--bus", metavar="BUS", default="sim", help=BUS_HELP)
+    parser.add_argument("--bus", metavar="BUS", help=BUS_HELP)
     parser.set_defaults(owned=owned)
     if owned:
         parser.add_argument(

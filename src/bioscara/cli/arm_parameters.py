@@ -10,14 +10,21 @@ from bioscara.cli.output.console import Output
 from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.model.overlay import changes
+from bioscara.robot import Robot
 
 
 def parameters_from(options: Options) -> ArmParameters:
     """Return the parameters of the arm; print which values its overlay changes, if it has one.
 
+    Those of a served arm are its owner's.
+
     Raises:
         ConfigurationError: The overlay cannot be read or used; names file, line and value.
+        OwnerLostError: No owner of the arm runs.
     """
+    if options.arm is not None:
+        with Robot.connect(f"arm:{options.arm}") as robot:
+            return robot.parameters
     try:
         parameters = load_parameters(overlay=options.parameters)
     except ConfigurationError as error:
@@ -30,8 +37,8 @@ def parameters_from(options: Options) -> ArmParameters:
 
 
 def overlay_notes(options: Options, parameters: ArmParameters) -> tuple[str, ...]:
-    """Return a line with the values that the overlay changes; nothing without an overlay."""
-    if options.parameters is None:
+    """Return a line with the values that the overlay changes; nothing where none applies."""
+    if options.parameters is None or options.arm is not None:
         return ()
     changed = "; ".join(map(str, changes(load_parameters(), parameters)))
     return (f"parameters: {options.parameters} changes {changed or 'nothing'}",)

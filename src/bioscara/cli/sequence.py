@@ -12,6 +12,7 @@ from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.target import planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.errors import InvalidArgumentError
+from bioscara.model import ArmParameters
 from bioscara.robot import Robot
 from bioscara.robot.planner import Planner
 from bioscara.robot.sequences.calls import calls
@@ -34,6 +35,10 @@ def run(options: Options) -> ExitStatus:
                 f"{word} applies only to trajectories, and {options.file} is a sequence of steps; "
                 "leave it out"
             )
+    if options.start is not None and not options.dry_run:
+        raise InvalidArgumentError(
+            "--from applies only to --dry-run: the arm begins where it is; leave it out"
+        )
     sequence, output = read_sequence(options.file), Output()
     status = (
         _plan(options, sequence, output) if options.dry_run else _run(options, sequence, output)
@@ -46,7 +51,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
     parameters = parameters_from(options)
     wanted = None
     if options.arm is None:
-        wanted = _planner(options)
+        wanted = _planner(options, parameters)
         _check(sequence, wanted)
     with opened_arm(options, parameters, output) as (robot, cancelled):
         if wanted is not None:
@@ -79,8 +84,8 @@ def _arrange_owned(robot: Robot, options: Options) -> None:
     arrange(robot, options, table, scene_from(options), options.tool)
 
 
-def _planner(options: Options) -> Planner:
-    planner = planner_from(options, parameters_from(options))
+def _planner(options: Options, parameters: ArmParameters) -> Planner:
+    planner = planner_from(options, parameters)
     planner.workspace = lookup(options, planner.workspace.with_tool, options.tool)
     return planner
 
@@ -95,7 +100,7 @@ def _check(sequence: StepSequence, planner: Planner) -> None:
 def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatus:
     """Print the verdict on each step; nothing moves."""
     if options.arm is None:
-        planner = _planner(options)
+        planner = _planner(options, parameters_from(options))
         verdicts = [*dry_run(sequence, planner.workspace, planner.here())]
     else:
         # Of a served arm: its tool, its scene, and from where it is.

@@ -35,7 +35,7 @@ def own_parameters() -> ArmParameters:
 
 
 def load_parameters(
-    path: Path | None = None, *, overlay: Path | str | None = None
+    path: Path | str | None = None, *, overlay: Path | str | None = None
 ) -> ArmParameters:
     """Return the arm's parameters from a YAML file, checked.
 
@@ -51,7 +51,7 @@ def load_parameters(
     """
     if path is None and overlay is None and checksum(EXISTING_ARMS) == existing_arms.CHECKSUM:
         return existing_arms.parameters()
-    file = existing_file() if path is None else YamlFile.load(path, str(path))
+    file = existing_file() if path is None else YamlFile.load(Path(path), str(path))
     if overlay is None:
         return ArmParameters.checked(file.values, file.place)
     both = Overlay(file, YamlFile.load(Path(overlay), str(overlay)))

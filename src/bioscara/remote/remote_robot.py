@@ -443,15 +443,13 @@ class RemoteRobot:
 
     @property
     def tool(self) -> Tool:
-        """The mounted tool; set to the name of another one of ``table`` once that is mounted."""
+        """The mounted tool; set to another one of ``table``, or its name, once that is mounted."""
         return self.workspace.tool
 
     @tool.setter
     def tool(self, tool: str | Tool) -> None:
-        name = tool.name if isinstance(tool, Tool) else tool
         # It raises the errors of a robot for an unknown name.
-        self.workspace.table.tool(name)
-        self._do(m.SetTool(name=name))
+        self._do(m.SetTool(name=self.workspace.with_tool(tool).tool.name))
 
     @property
     def frames(self) -> tuple[Frame, ...]:

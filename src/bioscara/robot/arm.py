@@ -137,6 +137,12 @@ class Arm:
         """Return the share of the planned speed at which an operation moves now."""
         return 0.0 if self.paused or operation.paused else self._speed_override
 
+    def pause_remedy(self, operation: Operation[Any]) -> str | None:
+        """Return what ends the pause of an operation; None if it is not paused."""
+        if self.paused or operation.paused:
+            return "resume()"
+        return "a speed_override above 0" if self._speed_override == 0.0 else None
+
     def pace(self, *, homing: bool) -> None:
         """Hold simulated time back to real time, or not, as chosen for homing and for motion."""
         clock = self.session.clock

@@ -456,13 +456,12 @@ class Robot:
 
     @property
     def tool(self) -> Tool:
-        """The mounted tool; set to the name of another one of ``table`` once that is mounted."""
+        """The mounted tool; set to another one of ``table``, or its name, once that is mounted."""
         return self._arm.workspace.tool
 
     @tool.setter
     def tool(self, tool: str | Tool) -> None:
-        name = tool.name if isinstance(tool, Tool) else tool
-        self._change("tool", lambda space: space.with_tool(name))
+        self._change("tool", lambda space: space.with_tool(tool))
 
     @property
     def frames(self) -> tuple[Frame, ...]:

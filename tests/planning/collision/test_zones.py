@@ -300,6 +300,7 @@ def test_a_scene_is_read(tmp_path: Path) -> None:
     )
     empty = GOOD[: GOOD.index("zones:")].replace("0.0\n", "null\n", 1) + "zones: []\n"
     assert read_scene(written(tmp_path, empty)) == Scene()
+    assert read_scene(str(written(tmp_path, empty))) == Scene()
 
 
 @pytest.mark.parametrize(

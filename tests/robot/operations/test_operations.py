@@ -414,6 +414,27 @@ def test_a_motion_begun_while_the_robot_is_paused_says_so_and_waits(way: Way) ->
     assert way.robot.state.positions == pytest.approx(GOAL, abs=2e-3)
 
 
+def test_what_begins_at_an_override_of_zero_names_its_remedy(way: Way) -> None:
+    def release() -> None:
+        way.robot.resume()
+        assert way.robot.state.positions == pytest.approx(START, abs=2e-3)
+        way.robot.speed_override = 1.0
+
+    way.robot.speed_override = 0.0
+    way.run(move(on_cycle=At(cycle_50=release)))
+    warning = "move_joints() begins paused: it moves after a speed_override above 0"
+    assert way.robot.warnings[-1] == warning
+
+
+def test_a_jog_begun_while_the_robot_is_paused_says_so(way: Way) -> None:
+    velocities = iter([JointVelocity(j1=0.2)] * 20)
+    way.robot.pause()
+    way.run(Jog(lambda: next(velocities, None)))
+    assert "its velocities move nothing before resume()" in way.robot.warnings[-1]
+    assert way.robot.state.positions == pytest.approx(START, abs=2e-3)
+    way.robot.resume()
+
+
 def test_homing_begun_while_the_robot_is_paused_waits_or_is_stopped(unhomed: Way) -> None:
     arm, robot = unhomed.scene.arm, unhomed.robot
     before = arm.position("j2")

@@ -48,7 +48,7 @@ def test_a_file_is_written_whole_and_recognised(tmp_path: Path) -> None:
     assert not is_sequence(path)
     write_sequence(path, EACH_KIND)
     assert is_sequence(path)
-    assert read_sequence(path) == EACH_KIND
+    assert read_sequence(path) == read_sequence(str(path)) == EACH_KIND
     with pytest.raises(TrajectoryError, match="carry it out with 'bioscara run"):
         read(path)
     with pytest.raises(ConfigurationError, match="cannot be saved"):

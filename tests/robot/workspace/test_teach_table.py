@@ -67,7 +67,7 @@ def test_a_saved_table_is_loaded_unchanged(
 ):
     file = tmp_path_factory.getbasetemp() / "poses.yaml"
     save_table(file, table)
-    assert load_table(file, FINGERS) == table
+    assert load_table(file, FINGERS) == load_table(str(file), FINGERS) == table
     # repr distinguishes -0.0 from 0.0
     assert repr(load_table(file, FINGERS)) == repr(table)
 

@@ -96,7 +96,7 @@ class _Scene(Checked):
                 yield Problem(f"{name} is there twice", ("zones", index, "name"))
 
 
-def read_scene(path: Path) -> Scene:
+def read_scene(path: Path | str) -> Scene:
     """Read a scene from a file.
 
     Args:
@@ -106,7 +106,7 @@ def read_scene(path: Path) -> Scene:
         ConfigurationError: The file cannot be read, has another version, a key is unknown or
             missing, or a value is invalid; the message names file and line.
     """
-    file = YamlFile.load(path, str(path))
+    file = YamlFile.load(Path(path), str(path))
     file.check_version("version", VERSION)
     scene = _Scene.checked(file.values, file.place)
     zones = []

@@ -32,7 +32,7 @@ _HEADING = """\
 """
 
 
-def read_sequence(path: Path) -> StepSequence:
+def read_sequence(path: Path | str) -> StepSequence:
     """Return the sequence in a file.
 
     Args:
@@ -42,7 +42,7 @@ def read_sequence(path: Path) -> StepSequence:
         ConfigurationError: The file cannot be read, is truncated or of another schema, or
             anything in it is unknown, missing or not possible; the message names the line.
     """
-    return sequence_of_text(read_text(path, str(path)), str(path))
+    return sequence_of_text(read_text(Path(path), str(path)), str(path))
 
 
 def sequence_of_text(text: str, source: str) -> StepSequence:

@@ -46,7 +46,7 @@ _HEADING = """\
 """
 
 
-def load_table(path: Path, fingers: Tool) -> TeachTable:
+def load_table(path: Path | str, fingers: Tool) -> TeachTable:
     """Return the table in a file.
 
     Args:
@@ -57,7 +57,7 @@ def load_table(path: Path, fingers: Tool) -> TeachTable:
         ConfigurationError: The file cannot be read, is truncated or of another schema, or
             anything in it is unknown, missing or not possible; the message names the line.
     """
-    source, text = str(path), read_text(path, str(path))
+    source, text = str(path), read_text(Path(path), str(path))
     if not text.endswith(("\n...\n", "\n...\r\n")):
         raise ConfigurationError(
             f"{source}, line {text.count(chr(10)) + 1}: the file is truncated: it does not end "

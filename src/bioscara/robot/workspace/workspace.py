@@ -84,26 +84,41 @@ class Workspace:
         return limit if own is None else min(limit, own)
 
     def with_table(self, table: TeachTable) -> Workspace:
-        """Return the workspace with other tools and poses.
+        """Return the workspace with other tools and poses; the mounted tool is as the table has it.
 
         Raises:
-            InvalidArgumentError: It is no table.
+            InvalidArgumentError: It is no table, or has no tool of the name of the mounted one.
+            LifecycleError: It changes the mounted tool, which carries a load.
         """
         if not isinstance(table, TeachTable):
             raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
-        return replace(self, table=table)
+        name = self.tool.name
+        if all(tool.name != name for tool in table.all_tools()):
+            raise InvalidArgumentError(
+                f"the table has no tool {name}, which is mounted; add it, or set another tool first"
+            )
+        changed = replace(self, table=table)
+        return changed if table.tool(name) == self.tool else changed.with_tool(name)
 
-    def with_tool(self, name: str) -> Workspace:
+    def with_tool(self, tool: str | Tool) -> Workspace:
         """Return the workspace with another tool of the table mounted.
 
+        Args:
+            tool: The tool, or its name.
+
         Raises:
-            InvalidArgumentError: No tool has that name.
+            InvalidArgumentError: No tool has that name, or that of the table is another one.
             LifecycleError: The mounted tool carries a load.
         """
-        tool = self.table.tool(name)
+        found = self.table.tool(tool.name if isinstance(tool, Tool) else tool)
+        if isinstance(tool, Tool) and tool != found:
+            raise InvalidArgumentError(
+                f"tool {tool.name} is another one in the table; change it there first: "
+                "table.with_tool(tool, overwrite=True)"
+            )
         if self.load is not None:
             raise LifecycleError(f"the tool carries {self.load.name}; detach() it first")
-        return _arranged(replace(self, tool=tool), self.widths)
+        return _arranged(replace(self, tool=found), self.widths)
 
     def with_scene(self, scene: Scene) -> Workspace:
         """Return the workspace with other surroundings.

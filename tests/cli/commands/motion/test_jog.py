@@ -97,6 +97,27 @@ def test_a_held_key_moves_the_arm_and_q_releases_it(
     assert not any(arm.has_torque(name) for name in JOINTS)
 
 
+def test_q_during_a_step_ends(arm: SimulatedArm, user: int) -> None:
+    before = arm.position("j2")
+
+    def keys() -> Iterator[bytes]:
+        while abs(arm.position("j2") - before) < 0.002:
+            yield b"f"
+        yield b"n"
+        while abs(arm.velocity("j2")) > 1e-4:
+            yield b""
+        yield b"f"
+        while abs(arm.velocity("j2")) < 1e-4:
+            yield b""
+        yield b"q"  # Once.
+        while True:
+            yield b""
+
+    with typing(user, keys()):
+        assert main(["jog"], paced=False) == 0
+    assert not any(arm.has_torque(name) for name in JOINTS)
+
+
 def test_without_a_terminal_nothing_is_opened(
     arm: SimulatedArm, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -60,6 +60,7 @@ def test_a_dry_run_moves_nothing(arm: SimulatedArm, capsys: pytest.CaptureFixtur
         ("", "0.01", "-1", "there.yaml, line 7: steps[2].seconds: -1 is outside 0 .. 3600 s"),
         ("--fit", "", "", "--fit applies only to trajectories, and there.yaml is a sequence"),
         ("--tool needle", "", "", "there is no tool 'needle'"),
+        ("--from 0 0.2 0 0", "", "", "--from applies only to --dry-run"),
         (
             "",
             "title: there",
@@ -82,3 +83,12 @@ def test_a_trajectory_has_a_dry_run_too(
     Path("a.csv").write_text("time,j1_position,j1_velocity\n0,0.1,0\n2,0.2,0\n")
     assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
     assert capsys.readouterr().out == "trajectory: a.csv, 2.00 s\n"
+
+
+@pytest.mark.parametrize("words", ["--tool needle", "--table t.yaml", "--from 0 0.2 0 0"])
+def test_options_of_sequences_are_refused_for_a_trajectory(
+    words: str, arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("a.csv").write_text("time,j1_position,j1_velocity\n0,0.1,0\n2,0.2,0\n")
+    assert main(["run", "a.csv", "--dry-run", *words.split()], paced=False) == 2
+    assert f"{words.split(maxsplit=1)[0]} applies only to sequences" in capsys.readouterr().err

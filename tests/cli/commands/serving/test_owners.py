@@ -9,12 +9,14 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
 from bioscara import Robot
 from bioscara.api import runtime
 from bioscara.cli import main
+from bioscara.model import load_parameters
 from bioscara.server.serve import Served, ServeSettings, serving
 
 
@@ -49,6 +51,20 @@ def test_without_an_owner_there_is_no_status(capsys: pytest.CaptureFixture[str])
     status, _, err = said(capsys, "status", "--arm", "right")
     assert status == 2
     assert "no owner of arm right runs" in err
+
+
+def test_the_jaws_open_as_far_as_the_owner_has_them(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    overlay = tmp_path / "mine.yaml"
+    overlay.write_text("gripper: {upper: 0.1}\n")
+    monkeypatch.setenv("BIOSCARA_PARAMETERS", "elsewhere.yaml")
+    served = ServeSettings("right", "sim", speed=50.0)
+    with serving(Robot.simulated(load_parameters(overlay=overlay)), served) as arm:
+        status, out, err = said(capsys, "gripper", "open", "--arm", "right")
+        assert (status, err) == (0, "")
+        assert arm.robot.gripper.width == pytest.approx(0.1)
+        assert "parameters:" not in out
 
 
 def test_commands_use_the_running_owner_and_say_so(

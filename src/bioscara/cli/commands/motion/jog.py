@@ -82,5 +82,7 @@ def _jog(robot: Robot, keyboard: Keyboard, keys: JogKeys, progress: Progress) ->
                 robot.move_joints(goal, velocity_scaling=_STEP_SCALING, on_cycle=progress.cycle)
         except InvalidArgumentError as error:
             progress.note(f"warning: not moved: {error}")
-        keyboard.read()
+        # Keys that were pressed during a step do not count, but for the one that ends.
+        if "q" in keyboard.read():
+            return
         keys.step = None

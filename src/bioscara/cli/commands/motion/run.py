@@ -24,7 +24,7 @@ from bioscara.cli.opened_arm import (
     remedy,
     require_acknowledgement,
 )
-from bioscara.cli.options import Options
+from bioscara.cli.options import FINGERS, Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.live_view import make_view
@@ -68,6 +68,17 @@ def run(options: Options) -> int:
     """
     if options.command == "run" and is_sequence(options.file):
         return sequence.run(options)
+    if options.command == "run":
+        for word, given in (
+            ("--tool", options.tool != FINGERS),
+            ("--table", options.table is not None),
+            ("--from", options.start is not None),
+        ):
+            if given:
+                raise InvalidArgumentError(
+                    f"{word} applies only to sequences of steps, and {options.file} is a "
+                    "trajectory; leave it out"
+                )
     parameters = parameters_from(options)
     if options.command == "demo":
         with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:

@@ -89,8 +89,8 @@ class FollowTrajectory(Operation[None]):
         self._goals.append((prepared(_goal(trajectory)), Phase.TRAJECTORY, 0.0))
         warnings = arm.stack.supervisor.warnings
         warnings.extend(self.plan.notes)
-        if arm.speed_of(self) == 0.0:
-            warnings.append(f"{self.name} begins paused: it moves after resume()")
+        if (remedy := arm.pause_remedy(self)) is not None:
+            warnings.append(f"{self.name} begins paused: it moves after {remedy}")
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Follow the ramp, then the trajectory."""

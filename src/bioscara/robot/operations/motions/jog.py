@@ -57,6 +57,10 @@ class Jog(Operation[None]):
         """Check that the arm may be jogged from where it is."""
         planner = Planner(arm.workspace, arm.positions)
         planner.jog(planner.here())
+        if (remedy := arm.pause_remedy(self)) is not None:
+            arm.stack.supervisor.warnings.append(
+                f"{self.name} begins paused: its velocities move nothing before {remedy}"
+            )
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Pass the velocities to the jog controller."""
