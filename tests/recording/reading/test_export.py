@@ -124,6 +124,18 @@ def test_a_joint_that_a_trajectory_does_not_have_is_null_in_parquet(
     assert [j4, j1] == list(second.message.points[-1].positions)
 
 
+def test_an_unknown_number_of_a_trajectory_is_an_empty_cell(followed: Path, tmp_path: Path) -> None:
+    export_csv(followed, tmp_path)
+    export_parquet(followed, tmp_path)
+    with (tmp_path / "trajectories.csv").open(newline="") as file:
+        last = list(csv.DictReader(file))[-1]
+    # The second trajectory was planned without accelerations.
+    assert last["j1_acceleration"] == last["j4_acceleration"] == ""
+    assert float(last["j1_velocity"]) == 0.0
+    table = pyarrow.parquet.read_table(tmp_path / "trajectories.parquet")
+    assert math.isnan(table["j1_acceleration"].to_pylist()[-1])  # as in the samples
+
+
 def test_parquet_has_the_same_numbers(tables: Path) -> None:
     for name in ("samples", "events", "trajectories"):
         text = pandas.read_csv(tables / f"{name}.csv")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from importlib.util import find_spec
@@ -139,8 +140,9 @@ class _CsvWriter:
 
 
 def _cells(column: Any) -> list[object]:
-    """Return the values of a column, None for a masked one."""
-    return list(column.tolist() if isinstance(column, np.ndarray) else column)
+    """Return the values of a column, None for unknown and for masked ones."""
+    values = column.tolist() if isinstance(column, np.ndarray) else column
+    return [None if isinstance(each, float) and math.isnan(each) else each for each in values]
 
 
 def _format(name: str) -> str:
