@@ -252,7 +252,7 @@ def test_no_attachment_leaves_the_folder(tmp_path: Path, made: Made, name: str) 
     path = recorded(tmp_path / "a.mcap", (name, made.path.read_bytes()))
     with pytest.raises(RecordingError, match="which is no name of a file"):
         export_csv(path, tmp_path / "out")
-    assert sorted(tmp_path.rglob("*")) == [path, tmp_path / "out", tmp_path / "out/events.csv"]
+    assert list(tmp_path.rglob("*")) == [path]
 
 
 @pytest.mark.parametrize("link", [False, True])
@@ -269,6 +269,24 @@ def test_a_flight_record_replaces_no_other_file(tmp_path: Path, made: Made, link
     assert (out / "b.mcap").is_symlink() == link
     assert not other.exists()
     assert link or (out / "b.mcap").read_text() == "evidence"
+
+
+def test_where_a_flight_record_is_refused_former_tables_are_kept(
+    tmp_path: Path, made: Made
+) -> None:
+    flight, out = made.path.read_bytes(), tmp_path / "out"
+    path = recorded(tmp_path / "a.mcap", ("b.mcap", flight))
+    export_csv(path, out)
+    (out / "events.csv").write_text("former")
+    (out / "b.mcap").write_text("evidence")
+    with pytest.raises(RecordingError, match="is not the flight record of this name"):
+        export_csv(path, out)
+    assert (out / "events.csv").read_text() == "former"
+    twice = recorded(tmp_path / "c.mcap", ("d.mcap", flight), ("d.mcap", flight + b"other"))
+    with pytest.raises(RecordingError, match=r"two attached flight records have the name d\.mcap"):
+        export_csv(twice, out)
+    assert (out / "events.csv").read_text() == "former"
+    assert not (out / "d.mcap").exists()
 
 
 def test_a_full_disk_leaves_no_part_of_a_table(made: Made, tmp_path: Path) -> None:

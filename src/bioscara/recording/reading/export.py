@@ -16,7 +16,7 @@ import numpy as np
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.extras import install
 from bioscara.planning.arrays import Array
-from bioscara.recording.reading.flight_records import unpack
+from bioscara.recording.reading.flight_records import flight_records, unpack
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.cdr import CdrReader
@@ -56,7 +56,8 @@ def export_csv(path: Path, out: Path) -> list[Path]:
         flight record another file.
 
     Raises:
-        RecordingError: The recording cannot be read, or a file cannot be written.
+        RecordingError: The recording cannot be read, another file has the name of a flight record,
+            or a file cannot be written. Former tables are replaced only in the last case.
     """
     return _export(path, out, "csv")
 
@@ -77,13 +78,15 @@ def export_parquet(path: Path, out: Path) -> list[Path]:
 
 def _export(path: Path, out: Path, kind: str) -> list[Path]:
     scan = FileScan()
+    # A recording may be refused while these are read: no table of a former export is replaced then.
     tables: dict[str, Iterable[Mapping[str, Any]]] = {
-        SAMPLES: sample_tables(path, scan),
-        EVENTS: _events(path),
-        TRAJECTORIES: _trajectories(path),
+        SAMPLES: sample_tables(path, FileScan()),
+        EVENTS: list(_events(path, scan)),
+        TRAJECTORIES: list(_trajectories(path)),
     }
     files = []
     try:
+        records = flight_records(scan.attachments, out)
         out.mkdir(parents=True, exist_ok=True)
         for name, parts in tables.items():
             rest = iter(parts)
@@ -92,7 +95,7 @@ def _export(path: Path, out: Path, kind: str) -> list[Path]:
             files.append(out / f"{name}.{kind}")
             with replacing(files[-1]) as partial:
                 _write(first, rest, partial, kind)
-        files += unpack(scan.attachments, out)
+        files += unpack(records)
     except OSError as error:
         raise RecordingError(f"{out} cannot be written: {error.strerror or error}") from error
     return files
@@ -174,9 +177,9 @@ class _ParquetWriter:
         self._writer.close()
 
 
-def _events(path: Path) -> Iterator[dict[str, Sequence[object]]]:
+def _events(path: Path, scan: FileScan) -> Iterator[dict[str, Sequence[object]]]:
     rows = []
-    for message in messages(path, FileScan(), {Topic.EVENTS}):
+    for message in messages(path, scan, {Topic.EVENTS}):
         event = _decoded(CdrReader(message.data).string())
         goal = event.get("goal") or {}
         values = {**event, "goal": goal.get("goal", 0), "status": goal.get("status", "")}
