@@ -7,14 +7,17 @@ import math
 from pathlib import Path
 
 import pandas
+import pyarrow
+import pyarrow.parquet
 import pytest
 
-from bioscara import Robot
+from bioscara import Robot, Trajectory
 from bioscara.api import messages as m
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.recording.reading import export
 from bioscara.recording.reading.export import export_csv, export_parquet
 from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.cdr import CdrMessage
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
@@ -72,6 +75,67 @@ def test_events_and_trajectories_are_rows(made: Made, tables: Path) -> None:
     assert float(points[-1]["from_start"]) > 0.5
 
 
+@pytest.fixture(scope="module")
+def followed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Record an arm that follows trajectories of different joints."""
+    folder = tmp_path_factory.mktemp("followed")
+    with served(folder), recording(folder) as recorder:
+        with Robot.connect(f"arm:{NAME}") as robot:
+            robot.home()
+            j1, _, j3, j4 = robot.state.positions
+            ends = [[j3], [0.99 * j3]]
+            robot.follow(Trajectory(["j3"], [0.0, 2.0], ends, [[0.0]] * 2, [[0.0]] * 2))
+            ends = [[j4, j1], [0.99 * j4, 0.98 * j1]]
+            robot.follow(Trajectory(["j4", "j1"], [0.0, 2.0], ends, [[0.0] * 2] * 2))
+        (path,) = recorder.end()
+    return path
+
+
+def test_the_values_of_a_trajectory_are_in_the_columns_of_its_joints(
+    followed: Path, tmp_path: Path
+) -> None:
+    export_csv(followed, tmp_path)
+    with (tmp_path / "trajectories.csv").open(newline="") as file:
+        points = list(csv.DictReader(file))
+    joints = ("j1", "j3", "j4")  # in the order of the arm; j2 is in no trajectory
+    columns = [f"{j}_{kind}" for kind in ("position", "velocity", "acceleration") for j in joints]
+    assert list(points[0]) == ["time", "part", "from_start", *columns]
+    trajectories = [each.message for each in read(followed, Topic.TRAJECTORIES)]
+    assert [each.joint_names for each in trajectories] == [["j3"], ["j4", "j1"]]
+    planned = [(each.joint_names, point) for each in trajectories for point in each.points]
+    for row, (names, point) in zip(points, planned, strict=True):
+        positions = dict(zip(names, point.positions, strict=True))
+        for joint in joints:
+            written = row[f"{joint}_position"]
+            assert (float(written) if written else None) == positions.get(joint)
+
+
+def test_a_joint_that_a_trajectory_does_not_have_is_null_in_parquet(
+    followed: Path, tmp_path: Path
+) -> None:
+    export_parquet(followed, tmp_path)
+    table = pyarrow.parquet.read_table(tmp_path / "trajectories.parquet")
+    first, second = read(followed, Topic.TRAJECTORIES)
+    counts = len(first.message.points), len(second.message.points)
+    for joint, absent in (("j1", counts[0]), ("j3", counts[1]), ("j4", counts[0])):
+        assert table[f"{joint}_position"].null_count == absent
+        assert table[f"{joint}_position"].type == pyarrow.float64()
+    j1, j4 = (table[f"{joint}_position"].to_pylist()[-1] for joint in ("j1", "j4"))
+    assert [j4, j1] == list(second.message.points[-1].positions)
+
+
+def test_an_unknown_number_of_a_trajectory_is_an_empty_cell(followed: Path, tmp_path: Path) -> None:
+    export_csv(followed, tmp_path)
+    export_parquet(followed, tmp_path)
+    with (tmp_path / "trajectories.csv").open(newline="") as file:
+        last = list(csv.DictReader(file))[-1]
+    # The second trajectory was planned without accelerations.
+    assert last["j1_acceleration"] == last["j4_acceleration"] == ""
+    assert float(last["j1_velocity"]) == 0.0
+    table = pyarrow.parquet.read_table(tmp_path / "trajectories.parquet")
+    assert math.isnan(table["j1_acceleration"].to_pylist()[-1])  # as in the samples
+
+
 def test_parquet_has_the_same_numbers(tables: Path) -> None:
     for name in ("samples", "events", "trajectories"):
         text = pandas.read_csv(tables / f"{name}.csv")
@@ -108,6 +172,21 @@ def test_a_recording_that_cannot_be_a_table_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="is no recording"):
         export_csv(Path(__file__), tmp_path)
     assert list(tmp_path.iterdir()) == [file.path]
+
+
+def test_a_trajectory_without_a_value_for_each_joint_is_refused(tmp_path: Path) -> None:
+    message = CdrMessage()
+    message.header("goal 1, part 1")
+    message.strings(("j1", "j2"))
+    message.uint32(1)
+    for values in ((0.1, 0.2), (0.0,), (), ()):
+        message.double_sequence(values)
+    message.stamp(0)
+    file = RecordingFile(tmp_path / "a.mcap")
+    file.add(Topic.TRAJECTORIES, bytes(message.data), 1)
+    file.finish()
+    with pytest.raises(RecordingError, match="has not as many values as joints"):
+        export_csv(file.path, tmp_path)
 
 
 def recorded(path: Path, *attached: tuple[str, bytes]) -> Path:
@@ -173,7 +252,7 @@ def test_no_attachment_leaves_the_folder(tmp_path: Path, made: Made, name: str) 
     path = recorded(tmp_path / "a.mcap", (name, made.path.read_bytes()))
     with pytest.raises(RecordingError, match="which is no name of a file"):
         export_csv(path, tmp_path / "out")
-    assert sorted(tmp_path.rglob("*")) == [path, tmp_path / "out", tmp_path / "out/events.csv"]
+    assert list(tmp_path.rglob("*")) == [path]
 
 
 @pytest.mark.parametrize("link", [False, True])
@@ -190,6 +269,24 @@ def test_a_flight_record_replaces_no_other_file(tmp_path: Path, made: Made, link
     assert (out / "b.mcap").is_symlink() == link
     assert not other.exists()
     assert link or (out / "b.mcap").read_text() == "evidence"
+
+
+def test_where_a_flight_record_is_refused_former_tables_are_kept(
+    tmp_path: Path, made: Made
+) -> None:
+    flight, out = made.path.read_bytes(), tmp_path / "out"
+    path = recorded(tmp_path / "a.mcap", ("b.mcap", flight))
+    export_csv(path, out)
+    (out / "events.csv").write_text("former")
+    (out / "b.mcap").write_text("evidence")
+    with pytest.raises(RecordingError, match="is not the flight record of this name"):
+        export_csv(path, out)
+    assert (out / "events.csv").read_text() == "former"
+    twice = recorded(tmp_path / "c.mcap", ("d.mcap", flight), ("d.mcap", flight + b"other"))
+    with pytest.raises(RecordingError, match=r"two attached flight records have the name d\.mcap"):
+        export_csv(twice, out)
+    assert (out / "events.csv").read_text() == "former"
+    assert not (out / "d.mcap").exists()
 
 
 def test_a_full_disk_leaves_no_part_of_a_table(made: Made, tmp_path: Path) -> None:

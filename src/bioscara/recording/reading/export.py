@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Protocol, TextIO
+from typing import Any, NamedTuple, Protocol, TextIO
 
 import msgspec
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.extras import install
 from bioscara.planning.arrays import Array
-from bioscara.recording.reading.flight_records import unpack
+from bioscara.recording.reading.flight_records import flight_records, unpack
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.cdr import CdrReader
@@ -25,6 +26,8 @@ from bioscara.whole_files import replacing
 SAMPLES, EVENTS, TRAJECTORIES = "samples", "events", "trajectories"
 """Names of the tables."""
 _EVENT_COLUMNS = ("number", "wall", "time", "what", "text", "client", "goal", "status")
+_POINT_COLUMNS = (TIME, "part", "from_start")
+_KINDS = ("position", "velocity", "acceleration")
 _WHOLE = ("_quality", "_flags", "_cycle", "_enabled", "_paused", "_stale")
 """Ends of the names of columns whose numbers are whole."""
 _TIMES = ("time", "_time", "_stamp")
@@ -53,7 +56,8 @@ def export_csv(path: Path, out: Path) -> list[Path]:
         flight record another file.
 
     Raises:
-        RecordingError: The recording cannot be read, or a file cannot be written.
+        RecordingError: The recording cannot be read, another file has the name of a flight record,
+            or a file cannot be written. Former tables are replaced only in the last case.
     """
     return _export(path, out, "csv")
 
@@ -74,13 +78,15 @@ def export_parquet(path: Path, out: Path) -> list[Path]:
 
 def _export(path: Path, out: Path, kind: str) -> list[Path]:
     scan = FileScan()
+    # A recording may be refused while these are read: no table of a former export is replaced then.
     tables: dict[str, Iterable[Mapping[str, Any]]] = {
-        SAMPLES: sample_tables(path, scan),
-        EVENTS: _events(path),
-        TRAJECTORIES: _trajectories(path),
+        SAMPLES: sample_tables(path, FileScan()),
+        EVENTS: list(_events(path, scan)),
+        TRAJECTORIES: list(_trajectories(path)),
     }
     files = []
     try:
+        records = flight_records(scan.attachments, out)
         out.mkdir(parents=True, exist_ok=True)
         for name, parts in tables.items():
             rest = iter(parts)
@@ -89,7 +95,7 @@ def _export(path: Path, out: Path, kind: str) -> list[Path]:
             files.append(out / f"{name}.{kind}")
             with replacing(files[-1]) as partial:
                 _write(first, rest, partial, kind)
-        files += unpack(scan.attachments, out)
+        files += unpack(records)
     except OSError as error:
         raise RecordingError(f"{out} cannot be written: {error.strerror or error}") from error
     return files
@@ -122,7 +128,7 @@ class _CsvWriter:
         if all(isinstance(column, np.ndarray) for column in columns.values()):
             self._write_numbers(columns)
         else:
-            rows = zip(*columns.values(), strict=True)
+            rows = zip(*map(_cells, columns.values()), strict=True)
             csv.writer(self._file, lineterminator="\n").writerows(rows)
 
     def _write_numbers(self, columns: Mapping[str, Array]) -> None:
@@ -134,6 +140,12 @@ class _CsvWriter:
 
     def close(self) -> None:
         self._file.close()
+
+
+def _cells(column: Any) -> list[object]:
+    """Return the values of a column, None for unknown and for masked ones."""
+    values = column.tolist() if isinstance(column, np.ndarray) else column
+    return [None if isinstance(each, float) and math.isnan(each) else each for each in values]
 
 
 def _format(name: str) -> str:
@@ -165,9 +177,9 @@ class _ParquetWriter:
         self._writer.close()
 
 
-def _events(path: Path) -> Iterator[dict[str, Sequence[object]]]:
+def _events(path: Path, scan: FileScan) -> Iterator[dict[str, Sequence[object]]]:
     rows = []
-    for message in messages(path, FileScan(), {Topic.EVENTS}):
+    for message in messages(path, scan, {Topic.EVENTS}):
         event = _decoded(CdrReader(message.data).string())
         goal = event.get("goal") or {}
         values = {**event, "goal": goal.get("goal", 0), "status": goal.get("status", "")}
@@ -186,19 +198,58 @@ def _decoded(text: str) -> dict[str, Any]:
     return value
 
 
-def _trajectories(path: Path) -> Iterator[dict[str, Sequence[object]]]:
-    for message in messages(path, FileScan(), {Topic.TRAJECTORIES}):
+class _Planned(NamedTuple):
+    """A trajectory of a recording.
+
+    Attributes:
+        joints: Names of its joints.
+        columns: Its points as columns, by name.
+    """
+
+    joints: tuple[str, ...]
+    columns: dict[str, Any]
+
+
+def _trajectories(path: Path) -> Iterator[dict[str, Any]]:
+    planned, arm = list[_Planned](), tuple[str, ...]()
+    for message in messages(path, FileScan(), {Topic.TRAJECTORIES, Topic.JOINT_STATES}):
+        of_states = message.channel.topic == Topic.JOINT_STATES
+        if of_states and arm:
+            continue
         reader = CdrReader(message.data)
-        begin, part, names = reader.stamp(), reader.string(), reader.strings()
-        rows = []
-        for _ in range(reader.uint32()):
-            numbers = [reader.double_values() for _ in range(4)][:3]
-            unknown = (float("nan"),) * len(names)
-            after = 1e-9 * reader.stamp()
-            cells = [cell for each in numbers for cell in (each or unknown)]
-            rows.append([1e-9 * begin + after, part, after, *cells])
-        kinds = ("position", "velocity", "acceleration")
-        columns = [TIME, "part", "from_start"]
-        columns += [f"{name}_{kind}" for kind in kinds for name in names]
-        if rows:
-            yield dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True))
+        begin, part = reader.stamp(), reader.string()
+        if of_states:
+            arm = reader.strings()
+        elif (each := _planned(reader, begin, part)) is not None:
+            planned.append(each)
+    # All are read before the first is written: each has joints of its own, in an order of its
+    # own, and the rows of a table have the same columns.
+    moved = dict.fromkeys([name for each in planned for name in each.joints])
+    joints = sorted(moved, key=lambda name: arm.index(name) if name in arm else len(arm))
+    names = [*_POINT_COLUMNS, *[f"{joint}_{kind}" for kind in _KINDS for joint in joints]]
+    for each in planned:
+        # In a Parquet file masked is null, of the type of the numbers.
+        absent = np.ma.MaskedArray(np.zeros(len(each.columns[TIME])), mask=True)
+        yield {name: each.columns.get(name, absent) for name in names}
+
+
+def _planned(reader: CdrReader, begin: int, part: str) -> _Planned | None:
+    """Return the trajectory of a message after its header; None if it has no points."""
+    joints = reader.strings()
+    unknown = (float("nan"),) * len(joints)
+    rows, after = [], []
+    for _ in range(reader.uint32()):
+        numbers = [reader.double_values() or unknown for _ in range(4)][: len(_KINDS)]
+        if any(len(each) != len(joints) for each in numbers):
+            raise RecordingError("a point of a trajectory has not as many values as joints")
+        rows.append(numbers)
+        after.append(1e-9 * reader.stamp())
+    if not rows:
+        return None
+    from_start, table = np.array(after), np.array(rows)
+    first = (1e-9 * begin + from_start, [part] * len(rows), from_start)
+    columns: dict[str, Any] = dict(zip(_POINT_COLUMNS, first, strict=True))
+    for index, joint in enumerate(joints):
+        for number, kind in enumerate(_KINDS):
+            columns[f"{joint}_{kind}"] = table[:, number, index]
+    return _Planned(joints, columns)
