@@ -714,6 +714,27 @@ MUTANTS = (
         ("tests/robot/connection/test_exit_guard.py",),
     ),
     Mutant(
+        "a bus that is given is stronger than the arm of the environment",
+        "_choose_owner",
+        "options.owned and not bus_given",
+        "options.owned",
+        ("tests/cli/test_arguments.py",),
+    ),
+    Mutant(
+        "a changed definition of the mounted tool applies at once",
+        "Workspace.with_table",
+        "changed if table.tool(name) == self.tool else changed.with_tool(name)",
+        "changed",
+        ("tests/robot/test_robot_motions.py",),
+    ),
+    Mutant(
+        "q ends a jog during a step",
+        "commands.motion.jog._jog",
+        'if "q" in keyboard.read():',
+        "if keyboard.read() is None:",
+        ("tests/cli/commands/motion/test_jog.py",),
+    ),
+    Mutant(
         "Ctrl-C does not begin a release anew",
         "postponed",
         "signal.signal(signal.SIGINT, _exit)",
