@@ -106,13 +106,24 @@ def socket_of(name: str) -> Path:
 
 
 def owners() -> list[OwnerEntry]:
-    """Return the running owners, by name."""
-    found = []
-    with suppress(OSError):
-        for path in sorted(folder().glob("*.lock")):
-            if is_name(path.stem) and (entry := _entry(path)) is not None:
-                found.append(entry)
-    return found
+    """Return the running owners, by name.
+
+    Raises:
+        AccessError: The folder belongs to another user, or this one may not list it.
+    """
+    path = folder()
+    try:
+        # Not by glob, to which a folder that may not be listed is an empty one.
+        locks = sorted(path / name for name in os.listdir(path) if name.endswith(".lock"))
+    except PermissionError as error:
+        raise AccessError(
+            f"{path} cannot be listed, so it is unknown which arms are served: {error.strerror}; "
+            f"join the group of their owner, or set {VARIABLE} to another folder"
+        ) from error
+    except OSError:
+        return []
+    entries = [_entry(lock) for lock in locks if is_name(lock.stem)]
+    return [entry for entry in entries if entry is not None]
 
 
 def find(name: str) -> OwnerEntry:
@@ -120,12 +131,15 @@ def find(name: str) -> OwnerEntry:
 
     Raises:
         InvalidArgumentError: The name cannot be used.
-        OwnerLostError: No owner of that name runs.
+        OwnerLostError: No owner of that name runs, or this user may not find it.
     """
     entry = _entry(socket_of(name).with_suffix(".lock"))
     if entry is not None:
         return entry
-    running = [each.name for each in owners()]
+    try:
+        running = [each.name for each in owners()]
+    except AccessError as error:
+        raise OwnerLostError(f"no owner of arm {name} was found: {error}") from error
     hint = f"there are {', '.join(running)}" if running else "bioscara serve starts one"
     raise OwnerLostError(f"no owner of arm {name} runs; {hint}")
 
@@ -179,7 +193,8 @@ class OwnerClaim:
         Raises:
             OSError: This process may not do that.
         """
-        for path, mode in ((self.socket.parent, 0o710), (self._path, 0o640), (self.socket, 0o660)):
+        # The folder can be listed: `bioscara stop` finds the arms of all owners there.
+        for path, mode in ((self.socket.parent, 0o750), (self._path, 0o640), (self.socket, 0o660)):
             os.chown(path, -1, group)
             path.chmod(mode)
 
