@@ -18,7 +18,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from bioscara.errors import AccessError, BusyOwnerError, InvalidArgumentError, OwnerLostError
+from bioscara.errors import (
+    AccessError,
+    BusyOwnerError,
+    ConfigurationError,
+    InvalidArgumentError,
+    OwnerLostError,
+)
 
 VARIABLE = "BIOSCARA_RUNTIME"
 """Environment variable that names another folder for the sockets."""
@@ -159,15 +165,21 @@ class OwnerClaim:
         InvalidArgumentError: The name cannot be used.
         AccessError: The folder belongs to another user.
         BusyOwnerError: An owner of that name runs.
-        OSError: The folder cannot be written.
+        ConfigurationError: The folder cannot be made or written.
     """
 
     def __init__(self, name: str, bus: str) -> None:
         self._name, self._bus = name, bus
         self.socket = socket_of(name)
         self._path = self.socket.with_suffix(".lock")
-        self._lock = self._take()
-        self.listener = self._listen()
+        try:
+            self._lock = self._take()
+            self.listener = self._listen()
+        except OSError as error:
+            raise ConfigurationError(
+                f"the sockets of served arms cannot be in {self.socket.parent}: "
+                f"{error.strerror or error}; set {VARIABLE} to another folder"
+            ) from error
 
     def restore(self) -> bool:
         """Make the files again if they were removed; return whether they were.
