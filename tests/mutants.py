@@ -1584,9 +1584,23 @@ MUTANTS = (
     Mutant(
         "owner: a goal whose lease ended during its planning is stopped",
         "Owner.keep",
-        "if (lease.epoch, lease.holder) != (epoch, client.session) and goal.needs_lease:",
+        "if lost and (goal.needs_lease or epoch <= self._taken):",
         "if False:",
         INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: a goal whose lease was taken during its planning is stopped",
+        "Owner.keep",
+        "or epoch <= self._taken",
+        "",
+        INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: all goals of a client end when its lease is taken",
+        "Owner._acquire",
+        "if goal.session == former:",
+        "if goal.session == former and goal.needs_lease:",
+        ("tests/server/clients/test_stops.py",),
     ),
     Mutant(
         "no client declares a path clear",

@@ -14,14 +14,19 @@ from subprocess import Popen
 import httpx
 import pytest
 
-from bioscara import Robot
+from bioscara import Joints, Robot
+from bioscara.api import messages as m
 from bioscara.api.gateway_pages import page_of
-from bioscara.api.runtime import folder, owners
+from bioscara.api.runtime import find, folder, owners
 from bioscara.cli import main, watch
 from bioscara.cli.commands.motion import run
 from bioscara.cli.output.console import ExitStatus
-from processes import environment, wait_until
-from served import runtime_folder
+from bioscara.control.loop.realtime import realtime
+from bioscara.errors import RealtimeError
+from bioscara.remote import RemoteRobot
+from bioscara.robot.workspace.poses import NamedPose
+from processes import environment, wait_for_line, wait_until
+from served import RawClient, runtime_folder
 
 pytestmark = pytest.mark.realtime
 
@@ -66,22 +71,49 @@ def test_afterwards_it_serves_until_ctrl_c(
     monkeypatch.chdir(tmp_path)
     for name in watch._SCREENS:
         monkeypatch.delenv(name, raising=False)
-    seen = []
+    Path("mine.yaml").write_text("geometry: {tool_x: 0.13}\n")
+    seen: list[object] = []
 
     def demonstrated(_: object, __: object, options: object) -> ExitStatus:
         seen.append(options.arm)  # type: ignore[attr-defined]
+        with Robot.connect("arm:demo") as robot:
+            assert isinstance(robot, RemoteRobot)
+            robot.table = robot.table.with_pose(NamedPose("bench", Joints(0.1, 0.2, 0.3, 0.4)))
+        with RawClient(path=find("demo").socket) as client:
+            seen.append(client.request(m.GetParameters()).overlay)
         threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
         return ExitStatus.OK
 
     monkeypatch.setattr(run, "run_job", demonstrated)
     with runtime_folder():
-        assert main(["demo", "--watch"]) == ExitStatus.OK
+        assert main(["demo", "--watch", "--parameters", "mine.yaml"]) == ExitStatus.OK
         assert not (folder() / "demo.open.html").exists()
-    assert seen == ["demo"]
+    # The file of the parameters and that of the poses are those of the owner.
+    assert seen == ["demo", "geometry: {tool_x: 0.13}\n"]
+    assert "bench" in Path("poses.yaml").read_text()
     said = capsys.readouterr().out
     assert re.search(r"in the browser: http://127\.0\.0\.1:\d+/\n", said)
     assert "served until Ctrl-C; take control in the browser" in said
     assert re.search(r"token=\w", said) is None
+
+
+def test_the_priority_is_that_of_the_control_loop(
+    start: Callable[..., Popen[str]], tmp_path: Path
+) -> None:
+    try:
+        with realtime():
+            pass
+    except RealtimeError as error:
+        pytest.skip(str(error))
+    with runtime_folder():
+        process = start("-m", "bioscara", "demo", "--watch", "--priority", "70", cwd=tmp_path)
+        wait_for_line(process, "following the trajectory")
+        threads = [int(path.name) for path in Path(f"/proc/{process.pid}/task").iterdir()]
+        urgent = [each for each in threads if os.sched_getparam(each).sched_priority == 70]
+        assert len(urgent) == 1
+        assert urgent != [process.pid]
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60.0)
 
 
 def test_another_arm_than_the_simulated_one_is_refused(

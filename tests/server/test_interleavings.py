@@ -81,6 +81,8 @@ class Interleaving:
         self.planned: list[tuple[Later, Any, int]] = []
         self.sent: dict[int, int] = {}
         """Moment in which each goal was sent."""
+        self.taken: dict[str, int] = {}
+        """Moment in which the lease of each session was last taken by another client."""
         self.moment = self.stopped = 0
         self.nested = False
 
@@ -144,6 +146,8 @@ class Interleaving:
         assert free
         assert isinstance(state, m.LeaseState)
         assert state.lease.epoch > model.epoch
+        if model.holder not in {"", client.session}:
+            self.taken[model.holder] = self.moment
         model.holder, model.epoch = client.session, state.lease.epoch
         model.time_to_live = command.time_to_live
         model.until = self.time + command.time_to_live
@@ -291,6 +295,8 @@ class Interleaving:
             stopped = goal.operation.claim.stopped
             assert stopped or self.sent[goal.number] > self.stopped, "a stopped arm moves"
             assert stopped or not goal.needs_lease or goal.session == lease.holder, "no commander"
+            taken = self.taken.get(goal.session, 0)
+            assert stopped or self.sent[goal.number] > taken, "it goes on without its lease"
         if begun and all(self.sent[number] < self.stopped for number in begun):
             names = {goal.operation for goal in self.owner.goals.running}
             for operation in self.robot.arm.operations:
@@ -361,5 +367,29 @@ def test_one_client_commands_and_a_stopped_arm_stays_stopped(
     monkeypatch.setattr(FollowTrajectory, "prepare", interleaved)
     try:
         run.run()
+    finally:
+        run.settle()
+
+
+@pytest.mark.parametrize("taken", [True, False])
+def test_a_motion_whose_lease_is_taken_before_it_is_a_goal_is_stopped(
+    robot: Robot, taken: bool
+) -> None:
+    robot.move_joints(HALF)
+    run = Interleaving(robot, 0)
+    first, second, _ = run.clients
+    state: Any = run.owner.handle(first, m.AcquireLease(), None)
+    task = m.MoveJoints(goal=(0.4, *HALF[1:]))
+    start = m.Start(task=task, on_lease_loss="finish")
+    later: Any = run.owner.handle(first, start, state.lease.epoch)
+    try:
+        begun = later.work()
+        if not taken:
+            # It lapses, and may finish.
+            run.time += 3.0
+        run.owner.handle(second, m.AcquireLease(force=True), None)
+        later.finish(begun)
+        (goal,) = run.owner.goals.running
+        assert goal.operation.claim.stopped == taken
     finally:
         run.settle()

@@ -639,7 +639,8 @@ class Start(Command, frozen=True, kw_only=True, tag="start"):
     Attributes:
         task: Its task.
         timeout: Longest duration; null for no limit.
-        on_lease_loss: Whether it is stopped or finishes when the lease of its client lapses.
+        on_lease_loss: Whether it is stopped or finishes when the lease of its client lapses or is
+            released; it is stopped when another client takes the lease.
         records: Whether the client gets a :class:`GoalCycle` at the end of each control cycle.
     """
 

@@ -18,7 +18,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from bioscara.errors import AccessError, BusyOwnerError, InvalidArgumentError, OwnerLostError
+from bioscara.errors import (
+    AccessError,
+    BusyOwnerError,
+    ConfigurationError,
+    InvalidArgumentError,
+    OwnerLostError,
+)
 
 VARIABLE = "BIOSCARA_RUNTIME"
 """Environment variable that names another folder for the sockets."""
@@ -106,13 +112,24 @@ def socket_of(name: str) -> Path:
 
 
 def owners() -> list[OwnerEntry]:
-    """Return the running owners, by name."""
-    found = []
-    with suppress(OSError):
-        for path in sorted(folder().glob("*.lock")):
-            if is_name(path.stem) and (entry := _entry(path)) is not None:
-                found.append(entry)
-    return found
+    """Return the running owners, by name.
+
+    Raises:
+        AccessError: The folder belongs to another user, or this one may not list it.
+    """
+    path = folder()
+    try:
+        # Not by glob, to which a folder that may not be listed is an empty one.
+        locks = sorted(path / name for name in os.listdir(path) if name.endswith(".lock"))
+    except PermissionError as error:
+        raise AccessError(
+            f"{path} cannot be listed, so it is unknown which arms are served: {error.strerror}; "
+            f"join the group of their owner, or set {VARIABLE} to another folder"
+        ) from error
+    except OSError:
+        return []
+    entries = [_entry(lock) for lock in locks if is_name(lock.stem)]
+    return [entry for entry in entries if entry is not None]
 
 
 def find(name: str) -> OwnerEntry:
@@ -120,12 +137,15 @@ def find(name: str) -> OwnerEntry:
 
     Raises:
         InvalidArgumentError: The name cannot be used.
-        OwnerLostError: No owner of that name runs.
+        OwnerLostError: No owner of that name runs, or this user may not find it.
     """
     entry = _entry(socket_of(name).with_suffix(".lock"))
     if entry is not None:
         return entry
-    running = [each.name for each in owners()]
+    try:
+        running = [each.name for each in owners()]
+    except AccessError as error:
+        raise OwnerLostError(f"no owner of arm {name} was found: {error}") from error
     hint = f"there are {', '.join(running)}" if running else "bioscara serve starts one"
     raise OwnerLostError(f"no owner of arm {name} runs; {hint}")
 
@@ -145,15 +165,21 @@ class OwnerClaim:
         InvalidArgumentError: The name cannot be used.
         AccessError: The folder belongs to another user.
         BusyOwnerError: An owner of that name runs.
-        OSError: The folder cannot be written.
+        ConfigurationError: The folder cannot be made or written.
     """
 
     def __init__(self, name: str, bus: str) -> None:
         self._name, self._bus = name, bus
         self.socket = socket_of(name)
         self._path = self.socket.with_suffix(".lock")
-        self._lock = self._take()
-        self.listener = self._listen()
+        try:
+            self._lock = self._take()
+            self.listener = self._listen()
+        except OSError as error:
+            raise ConfigurationError(
+                f"the sockets of served arms cannot be in {self.socket.parent}: "
+                f"{error.strerror or error}; set {VARIABLE} to another folder"
+            ) from error
 
     def restore(self) -> bool:
         """Make the files again if they were removed; return whether they were.
@@ -179,7 +205,8 @@ class OwnerClaim:
         Raises:
             OSError: This process may not do that.
         """
-        for path, mode in ((self.socket.parent, 0o710), (self._path, 0o640), (self.socket, 0o660)):
+        # The folder can be listed: `bioscara stop` finds the arms of all owners there.
+        for path, mode in ((self.socket.parent, 0o750), (self._path, 0o640), (self.socket, 0o660)):
             os.chown(path, -1, group)
             path.chmod(mode)
 

@@ -13,6 +13,7 @@ from bioscara.api.runtime import DEFAULT
 from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.cli.options import FINGERS, START, TABLE, Options
 from bioscara.cli.parser import Parser, gateways, number, whole_number
+from bioscara.errors import AccessError
 from bioscara.version import __version__
 
 ARM_VARIABLE = "BIOSCARA_ARM"
@@ -129,7 +130,10 @@ def _choose_owner(parser: Parser, options: Options) -> None:
     # Imported here: most commands have no owner to look for.
     from bioscara.api import runtime  # noqa: PLC0415
 
-    running = [owner.name for owner in runtime.owners() if owner.bus == options.bus]
+    try:
+        running = [owner.name for owner in runtime.owners() if owner.bus == options.bus]
+    except AccessError as error:
+        parser.error(str(error))
     if len(running) > 1:
         parser.error(f"there are the arms {', '.join(running)}; choose one with --arm NAME")
     options.arm = running[0] if running else None

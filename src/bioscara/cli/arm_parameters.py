@@ -23,6 +23,7 @@ def parameters_from(options: Options) -> ArmParameters:
         OwnerLostError: No owner of the arm runs.
     """
     if options.arm is not None:
+        options.parameters = None
         with Robot.connect(f"arm:{options.arm}") as robot:
             return robot.parameters
     try:
@@ -37,8 +38,8 @@ def parameters_from(options: Options) -> ArmParameters:
 
 
 def overlay_notes(options: Options, parameters: ArmParameters) -> tuple[str, ...]:
-    """Return a line with the values that the overlay changes; nothing where none applies."""
-    if options.parameters is None or options.arm is not None:
+    """Return a line with the values that the overlay changes; nothing without an overlay."""
+    if options.parameters is None:
         return ()
     changed = "; ".join(map(str, changes(load_parameters(), parameters)))
     return (f"parameters: {options.parameters} changes {changed or 'nothing'}",)

@@ -15,7 +15,7 @@ from threading import Thread
 from bioscara.api import runtime
 from bioscara.api.gateway_pages import page_of
 from bioscara.cli.commands.serving.web import require_packages
-from bioscara.cli.options import Options
+from bioscara.cli.options import TABLE, Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest
 from bioscara.errors import InvalidArgumentError, OwnerLostError
@@ -46,7 +46,8 @@ def watch(
 
     Raises:
         InvalidArgumentError: The arm is not the simulated one.
-        ConfigurationError: The packages of the gateway are not installed.
+        ConfigurationError: The packages of the gateway are not installed, or the file with the
+            poses cannot be read.
         BusyOwnerError: Another one runs already.
         BioscaraError: The arm cannot be served.
     """
@@ -58,13 +59,21 @@ def watch(
     require_packages()
     output = Output()
     log.set_up(as_json=False, least=logging.WARNING)  # not into the display of the motion
-    settings = ServeSettings(NAME, options.bus, gateways=(_GATEWAY,))
+    settings = ServeSettings(
+        NAME,
+        options.bus,
+        overlay=options.parameters,
+        table=TABLE,
+        gateways=(_GATEWAY,),
+        priority=options.priority,
+    )
     with Robot.simulated(parameters, v1=options.v1, rate=options.rate) as robot:
         # Before it is served: in its own time, which is not that of the page.
         robot.home()
         with serving(robot, settings), _shown(_address()) as url:
             output.line(f"the simulated arm in the browser: {url}")
-            options.arm, options.scene = NAME, None
+            # The priority is that of the owner's control loop, not of its client.
+            options.arm, options.scene, options.priority = NAME, None, None
             status = demonstrate()
             if status is ExitStatus.INTERRUPTED:
                 return status

@@ -136,6 +136,8 @@ class Owner:
         )
         self._stops = 0
         self._stopper, self._stopped = "", clock()
+        self._taken = 0
+        """Epoch of the last lease that another client took from its holder."""
         self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
@@ -328,7 +330,11 @@ class Owner:
         former, name = lease.holder, lease.client
         lease.acquire(client.session, client.name, command.time_to_live, force=command.force)
         if former and former != client.session:
-            self._stop_dependent(former)
+            # Also those that may finish without the lease: a person takes it to stop the motion.
+            self._taken = lease.epoch - 1
+            for goal in self.goals.running:
+                if goal.session == former:
+                    goal.operation.cancel()
             text = f"{client.name} took the lease over from {name}"
         else:
             text = f"{client.name} commands the arm"
@@ -405,7 +411,7 @@ class Owner:
             operation: The operation.
             client: The client that began it.
             epoch: Epoch of its lease.
-            on_lease_loss: Whether it stops or finishes when that lapses.
+            on_lease_loss: Whether it stops or finishes when that lapses or is released.
             number: A number that was reserved for it; 0 for the next.
         """
         goals = self.goals
@@ -418,7 +424,8 @@ class Owner:
         # The lease may have ended while the motion was planned.
         self.expire()
         lease = self.lease
-        if (lease.epoch, lease.holder) != (epoch, client.session) and goal.needs_lease:
+        lost = (lease.epoch, lease.holder) != (epoch, client.session)
+        if lost and (goal.needs_lease or epoch <= self._taken):
             operation.cancel()
         operation.when_done(lambda: self._over.append((goal, self.sample.cycle)))
         return value

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import grp
+import io
 import itertools
 import json
 import os
 import random
+import re
 import socket
 import struct
 import time
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
 import pytest
@@ -19,7 +21,9 @@ import pytest
 from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
+from bioscara.api.gateway_pages import Announcement
 from bioscara.api.runtime import find
+from bioscara.cli import main
 from bioscara.errors import (
     AccessError,
     BusyOwnerError,
@@ -31,6 +35,8 @@ from bioscara.errors import (
 from bioscara.robot import Robot
 from bioscara.server.clients import api_server, connection
 from bioscara.server.serve import Served
+from bioscara.web.access.certificates import self_signed
+from bioscara.web.access.tokens import default_path, load_tokens
 from processes import LIMIT
 from served import NAME, RawClient, arm_served, eventually, good_client_works, memory_of
 
@@ -503,8 +509,8 @@ def test_another_user_is_refused() -> None:
         # To see the owner's own check behind that of the files.
         path.parent.chmod(0o755)
         path.chmod(0o666)
-        assert as_user(OTHER_USER, OTHER_USER, path) == AccessError.__name__
-        assert as_user(0, 0, path) == "welcome"
+        assert as_user(OTHER_USER, OTHER_USER, lambda: greeted(path)) == AccessError.__name__
+        assert as_user(0, 0, lambda: greeted(path)) == "welcome"
     finally:
         for each, mode in modes:
             each.chmod(mode)
@@ -513,13 +519,75 @@ def test_another_user_is_refused() -> None:
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
 def test_members_of_the_group_find_the_owner_and_others_are_refused() -> None:
     with arm_served(group=grp.getgrgid(OTHER_USER).gr_name):
-        assert as_user(OTHER_USER, OTHER_USER) == "welcome"
-        assert as_user(12345, 12345) != "welcome"
+        assert as_user(OTHER_USER, OTHER_USER, greeted) == "welcome"
+        assert as_user(12345, 12345, greeted) != "welcome"
 
 
-def as_user(uid: int, gid: int, path: Path | None = None) -> str:
-    """Return how the owner answers the hello of another user: its class or its kind."""
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
+def test_members_of_the_group_stop_the_arms_of_the_computer_and_others_learn_why_not() -> None:
+    with arm_served(group=grp.getgrgid(OTHER_USER).gr_name) as served:
+        last = served.owner.events.last
+        assert as_user(OTHER_USER, OTHER_USER, said("stop")) == "0 left was stopped\n"
+        assert any(event.what == "stop" for event in after(served, last))
+        assert re.search("^left +sim ", as_user(OTHER_USER, OTHER_USER, said("arms")), re.M)
+        for words in (["stop"], ["stop", NAME], ["arms"], ["status"], ["home"]):
+            refused = as_user(12345, 12345, said(*words))
+            assert refused[0] == "2", refused
+            assert f"{api_socket().parent} cannot be listed" in refused
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
+def test_members_of_the_group_read_no_secret_next_to_the_socket() -> None:
+    with arm_served(group=grp.getgrgid(OTHER_USER).gr_name):
+        load_tokens(default_path(NAME))
+        certificate, key = (api_socket().with_suffix(end) for end in (".crt", ".key"))
+        self_signed(certificate, key, ["localhost"])
+        announced = Announcement(NAME, 8080, "http://127.0.0.1:8080/")
+        kept = {"left.lock", "left.crt", "left.key", "left.tokens", "left.8080.page", "left.sock"}
+        assert kept <= {path.name for path in api_socket().parent.iterdir()}
+        assert as_user(OTHER_USER, OTHER_USER, readable) == "left.crt left.lock"
+        announced.close()
+
+
+def readable() -> str:
+    """Return the names of the files next to the socket that can be read."""
+    files = [path for path in api_socket().parent.iterdir() if path.is_file()]
+    return " ".join(sorted(path.name for path in files if os.access(path, os.R_OK)))
+
+
+def said(*words: str) -> Callable[[], str]:
+    """Return a function that returns status and output of a command."""
+
+    def run() -> str:
+        with redirect_stdout(io.StringIO()) as output, redirect_stderr(output):
+            try:
+                status = main(words)
+            except SystemExit as refused:
+                status = int(refused.code or 0)
+        return f"{status} {output.getvalue()}"
+
+    return run
+
+
+def greeted(path: Path | None = None) -> str:
+    """Return how the owner answers a hello: the class of its error or the kind of its answer."""
     hello = framing.packed(m.ClientHello(version=m.VERSION, client="other", session="other"))
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
+        link.settimeout(5.0)
+        link.connect(os.fspath(path or api_socket()))
+        # The owner may have refused already.
+        with suppress(BrokenPipeError):
+            link.sendall(hello)
+        frames = framing.MessageSplitter(framing.ANSWER_MAX)
+        payload = next(frames.feed(link.recv(1 << 16)))
+        message = framing.from_owner.decode(payload)
+        if isinstance(message, m.RequestFailed):
+            return message.failure.error
+        return str(message.__struct_config__.tag)
+
+
+def as_user(uid: int, gid: int, action: Callable[[], str]) -> str:
+    """Return what an action of another user returns, or the class of its error."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -527,19 +595,7 @@ def as_user(uid: int, gid: int, path: Path | None = None) -> str:
             os.setgroups([])
             os.setgid(gid)
             os.setuid(uid)
-            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
-                link.settimeout(5.0)
-                link.connect(os.fspath(path or api_socket()))
-                # The owner may have refused already.
-                with suppress(BrokenPipeError):
-                    link.sendall(hello)
-                frames = framing.MessageSplitter(framing.ANSWER_MAX)
-                payload = next(frames.feed(link.recv(1 << 16)))
-                message = framing.from_owner.decode(payload)
-                if isinstance(message, m.RequestFailed):
-                    os.write(writer, message.failure.error.encode())
-                else:
-                    os.write(writer, str(message.__struct_config__.tag).encode())
+            os.write(writer, action().encode())
         except BaseException as error:  # noqa: BLE001  of the child, passed to the test
             os.write(writer, type(error).__name__.encode())
         finally:

@@ -18,8 +18,11 @@ from bioscara.printing import LONGEST
 from served import RawClient, arm_served, eventually
 
 LENGTH = 100_000
-SENT = 4 * LONGEST
-"""Longest answer that refuses a request, as sent [byte]: its text, and the data of the error."""
+SENT = 2 * 4 * LONGEST
+"""Longest answer that refuses a request, as sent [byte]: its text, and the data of the error.
+
+A character has up to four bytes.
+"""
 _TRAJECTORY = JointTrajectory(("j1",), (Point(1.0, (0.0,)),))
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
 COMMANDS: dict[str, Callable[[str], m.AnyCommand]] = {

@@ -11,9 +11,10 @@ import pytest
 
 from bioscara import MotionCancelledError
 from bioscara.api import messages as m
+from bioscara.cli import main
 from bioscara.server.serve import Served
-from processes import environment, wait_for_line
-from served import NAME, RawClient, arm_served, eventually, runtime_folder
+from processes import LIMIT, environment, wait_for_line
+from served import HALF, NAME, RawClient, arm_served, eventually, runtime_folder
 
 AWAY = m.MoveJoints(goal=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
 
@@ -78,6 +79,46 @@ def test_a_repeated_stop_ends_the_lease_that_another_client_took_since(
         one.request(m.StopAll())
         assert not arm.owner.lease.holder
         assert stops() == ["one"] * 2
+
+
+def taken_by_a_client() -> None:
+    with RawClient("two") as two:
+        epoch = two.acquire(force=True)
+        two.request(m.ReleaseLease(), epoch)
+
+
+def taken_by_a_command() -> None:
+    assert main(["lease", "--end", "--arm", NAME]) == 0
+
+
+@pytest.mark.parametrize("take", [taken_by_a_client, taken_by_a_command])
+@pytest.mark.parametrize("on_loss", ["stop", "finish"])
+def test_taking_the_lease_from_another_client_stops_its_motion(
+    arm: Served, take: Callable[[], None], on_loss: m.OnLeaseLoss
+) -> None:
+    arm.robot.move_joints(HALF)
+    with RawClient("one") as one:
+        goal = one.request(m.Start(task=AWAY, on_lease_loss=on_loss), one.acquire()).goal.goal
+        eventually(lambda: arm.robot.is_moving)
+        take()
+        one.request(m.Subscribe(events_after=arm.owner.events.last - 20))
+        ended = one.event("goal_ended", goal=goal)
+        assert ended.goal is not None
+        assert ended.goal.status == "cancelled"
+        eventually(lambda: not arm.robot.is_moving)
+
+
+def test_a_motion_that_may_finish_goes_on_when_its_client_releases_the_lease(arm: Served) -> None:
+    arm.robot.move_joints(HALF)
+    with RawClient("one") as one, RawClient("two") as two:
+        epoch = one.acquire()
+        goal = one.request(m.Start(task=AWAY, on_lease_loss="finish"), epoch).goal.goal
+        one.request(m.ReleaseLease(), epoch)
+        # Nor does the next commander end it: it takes the lease from no other client.
+        two.request(m.ReleaseLease(), two.acquire(force=True))
+        operation = arm.owner.goals.get(goal).operation
+        assert operation.wait(LIMIT)
+        operation.result()
 
 
 @pytest.mark.realtime

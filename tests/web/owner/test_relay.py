@@ -15,6 +15,7 @@ from websockets.exceptions import ConnectionClosed
 
 from bioscara.api import framing
 from bioscara.api import messages as m
+from bioscara.server.clients import connection
 from bioscara.web.access.scopes import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web.owner import relay
@@ -142,6 +143,40 @@ def test_bytes_that_are_no_message_end_the_connection(
         connection.send(sent)
         found, reason = WebClientOfTest(connection).closed()
     assert (found, bool(reason)) == (code, True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"version": 2}, "the owner speaks version 1 of its messages, not 2"),
+        ({"client": "a" * 65}, "a client and its session have names of 1 to 64 characters"),
+        ({"session": ""}, "a client and its session have names of 1 to 64 characters"),
+    ],
+)
+@pytest.mark.parametrize("more", ["", '{"kind":"request","id":1,"command":{"kind":"get_state"}}'])
+def test_a_client_whose_hello_the_owner_refuses_does_not_connect_again(
+    changes: dict[str, object], reason: str, more: str, left: Site
+) -> None:
+    hello = {"kind": "hello", "version": 1, "client": "test", "session": "s", **changes}
+    with left.websocket(left.bearer(Scope.VIEW)) as refused:
+        refused.send(json.dumps(hello))
+        if more:
+            with suppress(ConnectionClosed):
+                refused.send(more)
+        code, said = WebClientOfTest(refused).closed()
+    assert code == 1008
+    assert said.startswith(reason)
+
+
+def test_a_second_hello_and_none_end_the_connection_for_good(
+    left: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with left.client(Scope.VIEW) as client:
+        client.send({"kind": "hello", "version": 1, "client": "test", "session": "s"})
+        assert client.closed() == (1008, "hello came twice")
+    monkeypatch.setattr(connection, "HELLO_TIMEOUT", 0.2)
+    with left.websocket(left.bearer(Scope.VIEW)) as silent:
+        assert WebClientOfTest(silent).closed() == (1008, "no hello came in time")
 
 
 @pytest.mark.parametrize(

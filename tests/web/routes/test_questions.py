@@ -112,3 +112,19 @@ def test_a_path_of_the_page_is_no_file_name(left: Site) -> None:
 
 def test_the_messages_of_this_version_are_those_of_the_gateway() -> None:
     assert m.VERSION == 1, "connection.js says which version it speaks: change it there, too"
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [("GET", "/api/nothing", 404), ("GET", "/" + "a" * 5000, 404), ("POST", "/api/state", 405)],
+)
+def test_a_request_without_a_route_is_answered_with_a_failure(
+    method: str, path: str, status: int, left: Site
+) -> None:
+    with left.http(headers=left.bearer(Scope.VIEW)) as client:
+        answer = client.request(method, path)
+    assert answer.status_code == status
+    assert answer.headers.get("allow") == ("GET" if status == 405 else None)
+    failure = msgspec.json.decode(answer.content, type=m.FailureValue)
+    assert "/openapi.json lists what the gateway answers" in failure.text
+    assert len(answer.content) < 1000

@@ -34,7 +34,7 @@ class ClientGoal:
         session: ClientSession of the client.
         client: Its name.
         epoch: Epoch of its lease.
-        on_lease_loss: Whether it stops or finishes when that lapses.
+        on_lease_loss: Whether it stops or finishes when that lapses or is released.
     """
 
     number: int
@@ -47,7 +47,7 @@ class ClientGoal:
 
     @property
     def needs_lease(self) -> bool:
-        """Whether it is stopped when the lease of its client ends; a jog always is."""
+        """Whether it is stopped when its client's lease lapses or is released; a jog always is."""
         return self.on_lease_loss == "stop" or isinstance(self.operation, Jog)
 
     def value(self) -> GoalValue:

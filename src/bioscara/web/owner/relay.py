@@ -39,7 +39,10 @@ SEND_TIMEOUT = 20.0
 """Time for which a client may read nothing until it is cut off [s]."""
 _UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1003, 1007, 1008, 1012, 1013
 """Codes with which a WebSocket is closed, of RFC 6455 and its registry."""
+_REFUSAL = b'{"kind":"refusal","id":null,'
+"""Begin of a refusal after which the owner ends the connection: a struct begins with its kind."""
 
+_failed = msgspec.json.Decoder(m.RequestFailed)
 _log = logging.getLogger(__name__)
 
 
@@ -86,6 +89,8 @@ class Relay:
         self._rate = RateLimit(MESSAGES, MESSAGES)
         self._outbox = Outbox()
         self._greeted = False
+        self._welcomed = asyncio.Event()
+        self._refusal: m.FailureValue | None = None
 
     async def run(self, ended: asyncio.Event | None, lifetime: float | None) -> None:
         """Relay until one side ends, then close the WebSocket with the reason.
@@ -128,8 +133,12 @@ class Relay:
         """Take the messages of the owner, until it ends."""
         try:
             async for message in owner.messages():
+                if message.startswith(_REFUSAL):
+                    self._refusal = _failed.decode(message).failure
+                else:
+                    self._welcomed.set()
                 await self._outbox.put(message)
-        except (OSError, ProtocolError) as error:
+        except (OSError, ProtocolError, msgspec.DecodeError) as error:
             _log.warning("the connection to the owner of arm %s broke: %s", self._arm, error)
         self._outbox.end()
         # The other task closes the WebSocket, after the messages that still wait.
@@ -148,6 +157,14 @@ class Relay:
             return None
         except WebSocketDisconnect:
             return None
+        return self._end()
+
+    def _end(self) -> Closing:
+        """Return why the owner has ended the connection: a client that may connect again does."""
+        if self._refusal is not None:
+            return Closing(_REFUSED, self._refusal.text)
+        if not self._greeted:
+            return Closing(_REFUSED, "no hello came in time")
         return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
 
     async def _up(self, owner: OwnerStream) -> Closing | None:
@@ -172,7 +189,7 @@ class Relay:
             except (TimeoutError, WebSocketDisconnect):
                 return None
             except OSError:
-                return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
+                return self._end()
             if closing is not None:
                 return closing
 
@@ -189,6 +206,9 @@ class Relay:
             await self._refuse(None, ProtocolError(f"the message cannot be read: {error}"))
             return Closing(_INVALID, "a message cannot be read")
         if isinstance(message, m.ClientHello):
+            if self._greeted:
+                await self._refuse(None, ProtocolError("hello came twice"))
+                return Closing(_REFUSED, "hello came twice")
             self._greeted = True
             await owner.send(framing.encode_json(self._introduced(message)))
             return None
@@ -198,6 +218,9 @@ class Relay:
         if isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
             await self._refuse(message.id, AccessError(text))
         else:
+            # A message to an owner that has refused the hello would break the connection, and its
+            # refusal would be lost.
+            await self._welcomed.wait()
             await owner.send(payload)
         return None
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ParamSpec, TypeVar
 import msgspec
 from fastapi import Depends, FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, HTTPConnection
 
 from bioscara.api import framing
@@ -94,6 +95,7 @@ def add_refusals(app: FastAPI) -> None:
     app.add_exception_handler(_BodyError, _refuse_body)
     app.add_exception_handler(_ScopeError, _refuse_scope)
     app.add_exception_handler(RefusedError, _refuse)
+    app.add_exception_handler(HTTPException, _refuse_route)
     app.add_exception_handler(RequestFailedError, _refuse_request)
     app.add_exception_handler(BioscaraError, _refuse_owner)
 
@@ -233,6 +235,15 @@ def _unusable(text: str) -> Response:
 async def _refuse(_: Request, error: Exception) -> Response:
     assert isinstance(error, RefusedError)  # noqa: S101  as registered
     return refusal(error.status, error.text)
+
+
+async def _refuse_route(_: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)  # noqa: S101  as registered
+    text = f"{error.detail}; /openapi.json lists what the gateway answers"
+    answer = refusal(HTTPStatus(error.status_code), text)
+    # Of a path that takes other methods: those that it takes.
+    answer.headers.update(error.headers or {})
+    return answer
 
 
 async def _refuse_scope(_: Request, error: Exception) -> Response:

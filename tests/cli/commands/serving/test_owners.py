@@ -189,3 +189,16 @@ def test_a_name_has_one_owner(arm: Served, capsys: pytest.CaptureFixture[str]) -
     status, _, err = said(capsys, "serve", "--name", "left")
     assert status == 2
     assert f"arm left has an owner, process {os.getpid()} on sim" in err
+
+
+@pytest.mark.parametrize("command", [["serve"], ["demo", "--watch"]])
+def test_a_folder_of_the_sockets_that_cannot_be_made_is_named(
+    command: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("BIOSCARA_RUNTIME", "/proc/nope")
+    status, _, err = said(capsys, *command)
+    assert (status, err) == (
+        2,
+        "bioscara: the sockets of served arms cannot be in /proc/nope: No such file or directory; "
+        "set BIOSCARA_RUNTIME to another folder\n",
+    )
