@@ -145,9 +145,10 @@ class RawClient:
         self._answers: dict[int, m.Response | m.RequestFailed] = {}
         self._frames = framing.MessageSplitter(framing.ANSWER_MAX)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self.socket.settimeout(LIMIT)
         try:
+            # With a timeout it would fail where more clients wait than the queue holds.
             self.socket.connect(os.fspath(path or find(NAME).socket))
+            self.socket.settimeout(LIMIT)
             if greet:
                 self.hello()
         except BaseException:
