@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -26,6 +26,17 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def stand_in(monkeypatch: pytest.MonkeyPatch, prefix: Path) -> None:
     """Let launch files and xacro find the packages."""
     launch_stand_in.install(monkeypatch, prefix)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Function,
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Show the end of the node's log with a failure: it has the reason of a refusal."""
+    report = yield
+    if report.failed and isinstance(node := item.funcargs.get("ros_rig"), Rig):
+        report.sections.append(("end of node.log", node.log[-3000:]))
+    return report
 
 
 # The processes end with the last test of this folder: idle, they take a quarter of a core.
