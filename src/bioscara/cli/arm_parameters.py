@@ -10,7 +10,6 @@ from bioscara.cli.output.console import Output
 from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.model.overlay import changes
-from bioscara.robot import Robot
 
 
 def parameters_from(options: Options) -> ArmParameters:
@@ -23,6 +22,9 @@ def parameters_from(options: Options) -> ArmParameters:
         OwnerLostError: No owner of the arm runs.
     """
     if options.arm is not None:
+        # Imported here: to plan needs no robot.
+        from bioscara.robot import Robot  # noqa: PLC0415
+
         options.parameters = None
         with Robot.connect(f"arm:{options.arm}") as robot:
             return robot.parameters
