@@ -330,7 +330,7 @@ class Owner:
         former, name = lease.holder, lease.client
         lease.acquire(client.session, client.name, command.time_to_live, force=command.force)
         if former and former != client.session:
-            # Also those that may finish without the lease: a person takes it to stop the motion.
+            # Goals that may finish without the lease, too: it is taken to stop the motion.
             self._taken = lease.epoch - 1
             for goal in self.goals.running:
                 if goal.session == former:

@@ -17,6 +17,7 @@ from tests.robot.connection import ended_program
 from tests.system.observed_arm import at_rest, energised, truth
 
 from bioscara import Robot
+from bioscara.robot.connection import exit_guard
 from processes import LIMIT, environment, running, wait_for_line, wait_until
 
 pytestmark = pytest.mark.realtime
@@ -169,6 +170,32 @@ def test_a_hangup_that_is_ignored_stays_ignored(begin: Start, arm: Path, folder:
     process.send_signal(signal.SIGTERM)
     assert ended(process)[0] == 128 + signal.SIGTERM
     require_released(arm, folder)
+
+
+def test_a_closing_that_a_signal_ends_keeps_no_other_robot_open() -> None:
+    class Arm:
+        closed = False
+
+        def __init__(self, error: BaseException | None) -> None:
+            self.error = error
+
+        def stop(self) -> None:
+            """Nothing moves."""
+
+        def close(self) -> None:
+            self.closed = True
+            if self.error is not None:
+                raise self.error
+
+    arms = [Arm(error) for error in (SystemExit(143), KeyboardInterrupt(), None)]
+    for each in arms:
+        exit_guard.guard(each)
+    try:
+        exit_guard._close_all()
+        assert all(each.closed for each in arms)
+    finally:
+        for each in arms:
+            exit_guard.forget(each)
 
 
 def test_after_close_a_signal_ends_the_program_at_once(begin: Start) -> None:

@@ -176,7 +176,10 @@ def test_a_second_hello_and_none_end_the_connection_for_good(
         assert client.closed() == (1008, "hello came twice")
     monkeypatch.setattr(connection, "HELLO_TIMEOUT", 0.2)
     with left.websocket(left.bearer(Scope.VIEW)) as silent:
-        assert WebClientOfTest(silent).closed() == (1008, "no hello came in time")
+        assert WebClientOfTest(silent).closed() == (
+            1008,
+            "the connection ended before a hello came",
+        )
 
 
 @pytest.mark.parametrize(

@@ -127,5 +127,7 @@ def _close_all() -> None:
         for robot in [*_guarded]:
             try:
                 robot.close()
-            except Exception as error:  # noqa: BLE001  the others are closed nevertheless
+            except (SystemExit, KeyboardInterrupt):
+                pass  # This one's closing took too long; the others are closed nevertheless.
+            except Exception as error:  # noqa: BLE001  likewise
                 sys.stderr.write(f"bioscara: at exit: {error}\n")

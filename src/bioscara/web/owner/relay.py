@@ -164,7 +164,7 @@ class Relay:
         if self._refusal is not None:
             return Closing(_REFUSED, self._refusal.text)
         if not self._greeted:
-            return Closing(_REFUSED, "no hello came in time")
+            return Closing(_REFUSED, "the connection ended before a hello came")
         return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
 
     async def _up(self, owner: OwnerStream) -> Closing | None:

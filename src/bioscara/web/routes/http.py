@@ -241,7 +241,7 @@ async def _refuse_route(_: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)  # noqa: S101  as registered
     text = f"{error.detail}; /openapi.json lists what the gateway answers"
     answer = refusal(HTTPStatus(error.status_code), text)
-    # Of a path that takes other methods: those that it takes.
+    # With status 405, Allow has the methods that the path takes.
     answer.headers.update(error.headers or {})
     return answer
 
