@@ -21,11 +21,25 @@ def test_a_client_reads_and_replaces_the_overlay(tmp_path: Path) -> None:
         after = robot.set_overlay(text, before.revision)
         assert (after.overlay, after.restart) == (text, True)
         assert overlay.read_text() == text
-        with pytest.raises(ConflictError, match="another client has changed the overlay"):
+        with pytest.raises(ConflictError, match="the overlay was changed since"):
             robot.set_overlay("", before.revision)
         with pytest.raises(ConfigurationError, match="reduction"):
             robot.set_overlay("joints: {j1: {reduction: 0}}\n", after.revision)
         assert robot.overlay() == after
+
+
+def test_an_edit_of_the_overlay_by_hand_is_not_overwritten(tmp_path: Path) -> None:
+    overlay, edited = tmp_path / "mine.yaml", "joints: {j1: {reduction: 35.2}}\n"
+    overlay.write_text("")
+    with arm_served(overlay=overlay), Robot.connect(f"arm:{NAME}") as robot:
+        before = robot.overlay()
+        overlay.write_text(edited)
+        with pytest.raises(ConflictError, match="by another client or an editor"):
+            robot.set_overlay("joints: {j1: {reduction: 35.1}}\n", before.revision)
+        assert overlay.read_text() == edited
+        after = robot.overlay()
+        assert (after.overlay, after.restart) == (edited, True)
+        assert not robot.set_overlay("", after.revision).restart
 
 
 def test_a_client_injects_faults_and_reads_the_reports_of_the_joints() -> None:

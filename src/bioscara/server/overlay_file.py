@@ -19,12 +19,16 @@ class OverlayFile:
     """The file with the values in which this arm differs.
 
     Args:
-        path: The file; None if the owner has none.
+        path: The file, from which the owner has read its parameters; None if it has none.
+
+    Raises:
+        OSError: It cannot be read.
     """
 
     def __init__(self, path: Path | None) -> None:
         self._path = path
-        self._revision, self._restart = 1, False
+        self._text = self._applied = self._read()
+        self._revision = 1
         self._lock = threading.Lock()
 
     def state(self) -> ParametersState:
@@ -33,8 +37,8 @@ class OverlayFile:
         Raises:
             OSError: It cannot be read.
         """
-        text = "" if self._path is None else self._path.read_text(encoding="utf-8")
-        return ParametersState(self._revision, text, self._restart)
+        with self._lock:
+            return self._present()
 
     def write(self, text: str, revision: int) -> ParametersState:
         """Check the values and replace the file; they apply when the owner starts again.
@@ -45,7 +49,7 @@ class OverlayFile:
 
         Raises:
             ConfigurationError: The owner has no overlay, or the values cannot be used.
-            ConflictError: Another client has replaced the file since.
+            ConflictError: Another client or an editor has changed the file since.
             OSError: It cannot be written; the former file is unchanged.
         """
         if self._path is None:
@@ -59,14 +63,22 @@ class OverlayFile:
             draft.write_text(text, encoding="utf-8")
             load_parameters(overlay=draft)
         with self._lock:
-            if revision != self._revision:
+            present = self._present()
+            if revision != present.revision:
                 raise ConflictError(
-                    f"another client has changed the overlay, which is number {self._revision} "
-                    "now; read it again and repeat the change",
-                    self._revision,
+                    f"the overlay was changed since, by another client or an editor, and is number "
+                    f"{present.revision} now; read it again and repeat the change",
+                    present.revision,
                 )
             with replacing(self._path) as partial:
                 partial.write_text(text, encoding="utf-8")
-            self._revision += 1
-            self._restart = True
-        return ParametersState(self._revision, text, restart=True)
+            return self._present()
+
+    def _present(self) -> ParametersState:
+        text = self._read()
+        if text != self._text:
+            self._text, self._revision = text, self._revision + 1
+        return ParametersState(self._revision, text, restart=text != self._applied)
+
+    def _read(self) -> str:
+        return "" if self._path is None else self._path.read_text(encoding="utf-8")

@@ -183,7 +183,7 @@ class Owner:
             m.Report: self._report,
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
             m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
-            m.GetParameters: lambda *_: self._overlay.state(),
+            m.GetParameters: lambda *_: Later(self._overlay.state, lambda state: state),
             m.GetJoints: lambda *_: Later(self._joints.ask, lambda joints: joints),
             m.SetParameters: self._set_parameters,
             m.ListControllers: lambda *_: controller_list(self._arm),
