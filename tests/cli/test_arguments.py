@@ -105,7 +105,8 @@ def test_the_variable_names_an_arm_only_where_no_bus_is_given(
         assert (options.arm, options.bus) == (None, bus)
     with pytest.raises(SystemExit):
         parse(["home", "--rate", "50"])
-    assert "--rate is chosen by the owner of left" in capsys.readouterr().err
+    refused = "--rate is chosen by the owner of left (from BIOSCARA_ARM); leave it out"
+    assert refused in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

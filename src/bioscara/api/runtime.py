@@ -203,11 +203,19 @@ class OwnerClaim:
             group: Number of the group.
 
         Raises:
-            OSError: This process may not do that.
+            AccessError: This process may not do that.
+            OSError: The files are gone.
         """
         # The folder can be listed: `bioscara stop` finds the arms of all owners there.
         for path, mode in ((self.socket.parent, 0o750), (self._path, 0o640), (self.socket, 0o660)):
-            os.chown(path, -1, group)
+            try:
+                os.chown(path, -1, group)
+            except PermissionError as error:
+                raise AccessError(
+                    f"{path} cannot be given to the group with number {group}: "
+                    f"{error.strerror}; its owner has to be a member of the group since login, "
+                    "see id -Gn"
+                ) from error
             path.chmod(mode)
 
     def close(self) -> None:

@@ -119,11 +119,15 @@ def _choose_owner(parser: Parser, options: Options) -> None:
     given = [word for word, value in owners_own.items() if value]
     if options.arm is not None and bus_given:
         parser.error("--arm and --bus exclude one another; leave out one of them")
+    source = ""
     if options.arm is None and options.owned and not bus_given:
         options.arm = os.environ.get(ARM_VARIABLE) or None
+        source = f" (from {ARM_VARIABLE})"
     if options.arm is not None:
         if given:
-            parser.error(f"{given[0]} is chosen by the owner of {options.arm}; leave it out")
+            parser.error(
+                f"{given[0]} is chosen by the owner of {options.arm}{source}; leave it out"
+            )
         return
     if given or not options.owned:
         return

@@ -11,6 +11,7 @@ import random
 import re
 import socket
 import struct
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout, suppress
@@ -22,7 +23,7 @@ from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.gateway_pages import Announcement
-from bioscara.api.runtime import find
+from bioscara.api.runtime import VARIABLE, find
 from bioscara.cli import main
 from bioscara.errors import (
     AccessError,
@@ -534,6 +535,17 @@ def test_members_of_the_group_stop_the_arms_of_the_computer_and_others_learn_why
             refused = as_user(12345, 12345, said(*words))
             assert refused[0] == "2", refused
             assert f"{api_socket().parent} cannot be listed" in refused
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
+def test_a_user_cannot_serve_for_a_group_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        os.chown(folder, OTHER_USER, OTHER_USER)
+        monkeypatch.setenv(VARIABLE, folder)
+        serve = said("serve", "--bus", "sim", "--group", grp.getgrgid(0).gr_name)
+        refused = as_user(OTHER_USER, OTHER_USER, serve)
+    assert refused.startswith(f"2 bioscara: {folder} cannot be given to the group"), refused
+    assert "member of the group since login" in refused
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
