@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
+import random
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
@@ -408,6 +411,31 @@ def test_jog_r8_the_tool_keeps_to_the_speed_that_is_shown_and_to_250_mm_s(
     fastest = page.evaluate(FASTEST, float(towards(left)))
     assert 0.1 < fastest < 0.26
     assert "no enabling device" in page.locator("#jog").inner_text()
+
+
+VELOCITY = """async ([mode, share]) => {
+    const { velocityOf } = await import("/js/control/jog_motion.js");
+    const { joints, tool } = velocityOf(mode, share, 0.1, bioscara.arm, 0.3);
+    return joints ?? tool;
+}"""
+
+
+def test_jog_r8_axes_that_a_gamepad_moves_together_keep_to_the_chosen_speed(
+    shared: Page, left: Site
+) -> None:
+    choice, kinematics = random.Random(8), left.robot.kinematics
+    fastest = {"tool": 0.0, "joints": 0.0}
+    for _ in range(50):
+        share = [choice.choice((-1.0, 0.0, 1.0, choice.uniform(-1.0, 1.0))) for _ in range(4)]
+        tool = shared.evaluate(VELOCITY, ["tool", share])
+        fastest["tool"] = max(fastest["tool"], math.hypot(*tool[:3]))
+        joints = shared.evaluate(VELOCITY, ["joints", share])
+        for _ in range(50):
+            positions = [choice.uniform(-3.0, 3.0) for _ in range(4)]
+            speed = math.hypot(*np.array(kinematics.jacobian(positions))[:3] @ joints)
+            fastest["joints"] = max(fastest["joints"], speed)
+    assert 0.099 < fastest["tool"] < 0.1 + 1e-9
+    assert 0.08 < fastest["joints"] < 0.1 + 1e-9
 
 
 def test_jog_r9_after_a_reload_or_a_navigation_nothing_moves_and_control_is_taken_again(

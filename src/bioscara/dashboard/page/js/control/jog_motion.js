@@ -49,18 +49,21 @@ export const AXES = {
  *
  * @param {Mode} mode Whether joints or the tool are moved.
  * @param {readonly number[]} share Share of the speed of each axis, -1 to 1.
- * @param {number} speed Speed of the tool [m/s]; joints turn so that no tool pose is faster.
+ * @param {number} speed Highest speed of the tool [m/s], also of axes together, at every pose.
  * @param {Known} known The arm.
  * @param {number} frame Direction of the frame's x axis in the base [rad], for the tool.
  * @returns {Velocity} The velocity.
  */
 export function velocityOf(mode, share, speed, known, frame) {
   if (mode === "joints") {
-    const joints = share.map((part, index) => part * jointSpeed(known, index, speed));
+    // The speeds that the joints give the tool add up.
+    const each = speed / Math.max(1, share.reduce((sum, part) => sum + Math.abs(part), 0));
+    const joints = share.map((part, index) => part * jointSpeed(known, index, each));
     return { joints: [joints[0], joints[1], joints[2], joints[3]] };
   }
-  const [x, y] = turned(share[0] * speed, share[1] * speed, frame);
-  return { tool: [x, y, share[2] * speed, share[3] * yawSpeed(known, speed)] };
+  const each = speed / Math.max(1, Math.hypot(share[0], share[1], share[2]));
+  const [x, y] = turned(share[0] * each, share[1] * each, frame);
+  return { tool: [x, y, share[2] * each, share[3] * yawSpeed(known, speed)] };
 }
 
 /**
