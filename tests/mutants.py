@@ -721,6 +721,13 @@ MUTANTS = (
         ("tests/cli/test_arguments.py",),
     ),
     Mutant(
+        "an overlay that was edited by hand is not overwritten unread",
+        "OverlayFile._present",
+        "text != self._text",
+        "False",
+        ("tests/remote/test_owner_requests.py",),
+    ),
+    Mutant(
         "a changed definition of the mounted tool applies at once",
         "Workspace.with_table",
         "changed if table.tool(name) == self.tool else changed.with_tool(name)",
