@@ -9,7 +9,7 @@ from fastapi import FastAPI, Response
 from bioscara.errors import OwnerLostError
 from bioscara.web.owner.relay import WebClient
 from bioscara.web.owner.served_arms import ServedArm, ServedArms, StoppedArm
-from bioscara.web.routes.http import RefusedError, Viewer, answers, json
+from bioscara.web.routes.http import HttpError, Viewer, answers, json
 
 
 def add(app: FastAPI, served: ServedArms) -> None:
@@ -45,5 +45,5 @@ def add(app: FastAPI, served: ServedArms) -> None:
         try:
             stopped = await served.stop(name, client)
         except OwnerLostError as error:
-            raise RefusedError(HTTPStatus.NOT_FOUND, str(error)) from error
+            raise HttpError(HTTPStatus.NOT_FOUND, str(error)) from error
         return json([stopped])

@@ -60,7 +60,7 @@ class _BodyError(Exception):
         super().__init__(text)
 
 
-class RefusedError(Exception):
+class HttpError(Exception):
     """A route refuses a request.
 
     Args:
@@ -94,7 +94,7 @@ def add_refusals(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _refuse_values)
     app.add_exception_handler(_BodyError, _refuse_body)
     app.add_exception_handler(_ScopeError, _refuse_scope)
-    app.add_exception_handler(RefusedError, _refuse)
+    app.add_exception_handler(HttpError, _refuse)
     app.add_exception_handler(HTTPException, _refuse_route)
     app.add_exception_handler(RequestFailedError, _refuse_request)
     app.add_exception_handler(BioscaraError, _refuse_owner)
@@ -179,11 +179,11 @@ async def body_of(request: Request, longest: int, timeout: float) -> bytes:
         timeout: Time in which it has to come [s].
 
     Raises:
-        RefusedError: It is longer, or slower, or too many others are on their way.
+        HttpError: It is longer, or slower, or too many others are on their way.
     """
     arriving: list[None] = request.app.state.arriving
     if len(arriving) >= _BODIES:
-        raise RefusedError(
+        raise HttpError(
             HTTPStatus.SERVICE_UNAVAILABLE, f"{_BODIES} uploads are on their way; try again later"
         )
     arriving.append(None)
@@ -195,7 +195,7 @@ async def body_of(request: Request, longest: int, timeout: float) -> bytes:
 
 async def received(request: Request, longest: int, timeout: float) -> bytes:
     """Return a short body of a request: as :func:`body_of`, however many are on their way."""
-    too_long = RefusedError(
+    too_long = HttpError(
         HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
         f"the body has more than {longest / 2**20:g} MiB; split it",
     )
@@ -210,7 +210,7 @@ async def received(request: Request, longest: int, timeout: float) -> bytes:
                 if len(body) > longest:
                     raise too_long
     except (TimeoutError, ClientDisconnect):
-        raise RefusedError(
+        raise HttpError(
             HTTPStatus.REQUEST_TIMEOUT, f"the body took longer than {timeout:g} s to arrive"
         ) from None
     return bytes(body)
@@ -233,7 +233,7 @@ def _unusable(text: str) -> Response:
 
 
 async def _refuse(_: Request, error: Exception) -> Response:
-    assert isinstance(error, RefusedError)  # noqa: S101  as registered
+    assert isinstance(error, HttpError)  # noqa: S101  as registered
     return refusal(error.status, error.text)
 
 

@@ -10,7 +10,7 @@ from fastapi import FastAPI, Request, Response
 
 from bioscara.web.access.browser_sessions import LIFETIME
 from bioscara.web.access.guard import TOO_MANY_SIGN_INS
-from bioscara.web.routes.http import JSON, RefusedError, json, received, refusal
+from bioscara.web.routes.http import JSON, HttpError, json, received, refusal
 from bioscara.web.routes.page import VERSION
 from bioscara.web.settings import WebSettings
 
@@ -92,7 +92,7 @@ async def _token_in(request: Request) -> str | None:
         return None
     try:
         body = await received(request, _BODY_MAX, _BODY_TIMEOUT)
-    except RefusedError:
+    except HttpError:
         return None
     try:
         return msgspec.json.decode(body, type=SignIn).token

@@ -10,7 +10,7 @@ from fastapi import FastAPI, Request, Response
 from bioscara.dashboard.model import ArmModel, meshes, model_of
 from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.routes.dashboard.work import Work
-from bioscara.web.routes.http import RefusedError, Viewer, answers, json
+from bioscara.web.routes.http import HttpError, Viewer, answers, json
 
 
 def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
@@ -37,7 +37,7 @@ def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
     async def mesh(name: str, request: Request, _: Viewer) -> Response:
         content = files.get(name)
         if content is None:
-            raise RefusedError(HTTPStatus.NOT_FOUND, "the model has no such mesh")
+            raise HttpError(HTTPStatus.NOT_FOUND, "the model has no such mesh")
         headers = {"Vary": "Accept-Encoding"}
         if "gzip" in request.headers.get("accept-encoding", ""):
             # A seventh of the bytes: coordinates repeat from triangle to triangle.

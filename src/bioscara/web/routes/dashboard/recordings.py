@@ -25,7 +25,7 @@ from bioscara.rosbag.recording_file import MEDIA_TYPE
 from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import (
     JSON,
-    RefusedError,
+    HttpError,
     Viewer,
     answers,
     json,
@@ -47,7 +47,7 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
         # Looked up among the names of the folder: nowhere is it used as a path.
         path = await work.do(recordings.path_of, name)
         if path is None:
-            raise RefusedError(HTTPStatus.NOT_FOUND, "there is no recording of this name")
+            raise HttpError(HTTPStatus.NOT_FOUND, "there is no recording of this name")
         return path
 
     @app.get(
@@ -70,7 +70,7 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
         try:
             opened = await asyncio.to_thread(path.open, "rb")
         except OSError:
-            raise RefusedError(HTTPStatus.NOT_FOUND, "the recording was deleted") from None
+            raise HttpError(HTTPStatus.NOT_FOUND, "the recording was deleted") from None
         size = os.fstat(opened.fileno()).st_size
         return StreamingResponse(
             _parts(opened, size),

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
 from typing import ParamSpec, TypeVar
 
-from bioscara.web.routes.http import RefusedError
+from bioscara.web.routes.http import HttpError
 
 _THREADS = 2
 """Pieces of work that are done at once."""
@@ -30,11 +30,11 @@ class Work:
         """Return the result of a function.
 
         Raises:
-            RefusedError: Too much waits already.
+            HttpError: Too much waits already.
             Exception: As the function does.
         """
         if self._pending >= _MOST:
-            raise RefusedError(
+            raise HttpError(
                 HTTPStatus.SERVICE_UNAVAILABLE, "the gateway has too much to do; try again later"
             )
         loop = asyncio.get_running_loop()
