@@ -27,6 +27,7 @@ from bioscara.errors import (
     NotSupportedError,
     ZoneError,
 )
+from bioscara.hardware import GripperHardware
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.motions.jog import JointVelocity
@@ -308,6 +309,90 @@ def test_a_motion_keeps_clear_of_jaws_that_are_opening(way: Way) -> None:
     way.run(MoveGripper(0.05))
     way.run(move(CLEAR_IF_CLOSED))
     way.run(move(BEFORE_IT))
+
+
+def after(
+    monkeypatch: pytest.MonkeyPatch, seam: tuple[type, str], act: Callable[[], object]
+) -> None:
+    """Act in another thread at the first end of a method."""
+    original, acts = getattr(*seam), [act]
+
+    def method(self: object, *given: object) -> object:
+        result = original(self, *given)
+        if acts:
+            elsewhere(acts.pop())()
+        return result
+
+    monkeypatch.setattr(*seam, method)
+
+
+def test_the_arm_begins_to_move_right_after_the_jaws(way: Way) -> None:
+    for width, goal in ((0.09, GOAL), (0.06, START)):
+        jaws = way.robot.gripper.move(width, wait=False)
+        way.run(move(goal))
+        assert jaws.result(LONG).reached_goal
+        assert way.robot.gripper.widths == pytest.approx((width, width), abs=1e-5)
+        assert way.robot.state.positions == pytest.approx(goal, abs=2e-3)
+
+
+@pytest.mark.parametrize("seam", [(MoveGripper, "prepare"), (GripperHardware, "keep")])
+def test_a_motion_that_begins_before_the_jaws_move_keeps_clear_of_their_travel(
+    way: Way, seam: tuple[type, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    way.run(move(BEFORE_IT))
+    refused: list[BaseException] = []
+
+    def begin() -> None:
+        with pytest.raises(ZoneError, match="jaws comes too near") as error:
+            way.robot.move_joints(CLEAR_IF_CLOSED)
+        refused.append(error.value)
+
+    after(monkeypatch, seam, begin)
+    way.run(MoveGripper(0.11))
+    assert refused
+    way.run(MoveGripper(0.05))
+    way.run(move(CLEAR_IF_CLOSED))
+    way.run(move(BEFORE_IT))
+
+
+def test_jaws_that_were_stopped_before_they_moved_count_as_where_they_were(way: Way) -> None:
+    jaws = MoveGripper(0.11)
+    way.robot._arm.begin(jaws)
+    assert way.robot.gripper.widths == pytest.approx((0.05, 0.11), abs=1e-6)
+    jaws.cancel()
+    way.run(move(CLEAR_IF_CLOSED[:1] + BEFORE_IT[1:]))
+    with pytest.raises(MotionCancelledError):
+        jaws.result(LONG)
+    assert way.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
+
+
+def test_the_arm_does_not_wait_for_the_disk_that_stores_the_width(
+    way: Way, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion, keep = move(), GripperHardware.keep
+
+    def slowly(self: GripperHardware, width: float | None = None) -> None:
+        until(lambda: motion.progress > 0.2)
+        keep(self, width)
+
+    after(monkeypatch, (MoveGripper, "prepare"), lambda: way.robot._arm.start(motion))
+    monkeypatch.setattr(GripperHardware, "keep", slowly)
+    assert way.run(MoveGripper(0.09)).reached_goal
+    motion.result(LONG)
+    assert way.robot.state.positions == pytest.approx(GOAL, abs=2e-3)
+
+
+def test_jaws_that_were_not_driven_do_not_open_against_the_arm_that_just_moves_off(
+    way: Way, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    way.run(move(CLEAR_IF_CLOSED))
+    way.robot.gripper.disable()
+    motion = move(BEFORE_IT)
+    after(monkeypatch, (MoveGripper, "prepare"), lambda: way.robot._arm.start(motion))
+    with pytest.raises(ZoneError, match="jaws comes too near"):
+        way.run(MoveGripper(0.11))
+    motion.result(LONG)
+    assert way.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
 
 
 def test_a_paused_motion_comes_to_rest_on_its_path_and_continues_from_there(way: Way) -> None:

@@ -20,7 +20,7 @@ class JawWidths:
         self._hardware = hardware
         self._full = parameters.lower, parameters.upper
         self._travel: tuple[float, float] | None = None
-        self._before: tuple[float, float] | None = None
+        self._announced: float | None = None
 
     @property
     def commanded(self) -> float:
@@ -28,20 +28,31 @@ class JawWidths:
         return self._hardware.states["gripper/position"].value
 
     def range(self) -> tuple[float, float]:
-        """Return the smallest and largest width that the jaws may have [m]."""
+        """Return the smallest and largest width that the jaws may have [m], also soon."""
+        low, high = self.present()
+        width = self._announced
+        return (low, high) if width is None else (min(low, width), max(high, width))
+
+    def present(self) -> tuple[float, float]:
+        """Return the smallest and largest width that the jaws may have now [m]."""
         commanded = self.commanded
         if math.isnan(commanded):
             return self._full
         return self._travel or (commanded, commanded)
 
+    def announce(self, width: float) -> None:
+        """Extend the range by a width to which the jaws will move [m]."""
+        self._announced = width
+
+    def withdraw(self) -> None:
+        """Undo the announcement of a width, as the jaws did not begin to move."""
+        self._announced = None
+
     def begin_travel(self, width: float) -> None:
         """Extend the range by a width to which the jaws begin to move [m]."""
-        low, high = self.range()
-        self._travel, self._before = (min(low, width), max(high, width)), self._travel
-
-    def refuse_travel(self) -> None:
-        """Undo the last extension of the range, as the jaws did not begin to move."""
-        self._travel = self._before
+        low, high = self.present()
+        self._travel = min(low, width), max(high, width)
+        self._announced = None
 
     def hold(self, width: float) -> None:
         """Let the range be from the commanded width to that of an object between the jaws [m]."""

@@ -78,9 +78,11 @@ class FollowTrajectory(Operation[None]):
         planner = Planner(arm.workspace, arm.positions)
         make_plan = self._make_plan
         assert make_plan is not None  # noqa: S101  an operation is begun once
-        self.plan = make_plan(planner)
-        trajectory = self.plan.trajectory
+        plan = make_plan(planner)
+        trajectory = plan.trajectory
         self._ramp = self._ramp_to(trajectory, planner)
+        # Last: with a plan, all paths are known, and jaws that begin to move are checked on them.
+        self.plan = plan
         # Here, as a cycle that had to do this would be late.
         prepared = arm.stack.trajectory.prepare
         if self._ramp is not None:
@@ -88,7 +90,7 @@ class FollowTrajectory(Operation[None]):
             self._goals.append((ramp, Phase.APPROACH, self._ramp.duration))
         self._goals.append((prepared(_goal(trajectory)), Phase.TRAJECTORY, 0.0))
         warnings = arm.stack.supervisor.warnings
-        warnings.extend(self.plan.notes)
+        warnings.extend(plan.notes)
         if (remedy := arm.pause_remedy(self)) is not None:
             warnings.append(f"{self.name} begins paused: it moves after {remedy}")
 

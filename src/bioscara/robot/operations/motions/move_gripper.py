@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from contextlib import suppress
+from typing import Any
 
 from bioscara.arguments import number
 from bioscara.control.controllers.goal_handle import GoalStatus
@@ -30,6 +31,7 @@ from bioscara.robot.operations.motions.home import Home
 from bioscara.robot.operations.operation import Cycle, Cycles, OnCycle, Operation
 from bioscara.robot.operations.power import drive
 from bioscara.robot.planner import Planner
+from bioscara.robot.workspace.workspace import Workspace
 
 
 class MoveGripper(Operation[GripperResult]):
@@ -54,7 +56,8 @@ class MoveGripper(Operation[GripperResult]):
     ) -> None:
         super().__init__(name, timeout=timeout, on_cycle=on_cycle)
         self._width = number("the width", width, error=GoalRejectedError)
-        self._arm_motion: FollowTrajectory | None = None
+        self._checked: FollowTrajectory | None = None
+        self._announced = False
 
     def prepare(self, arm: Arm) -> None:
         """Check that the jaws hold nothing, and stay clear along the motion that the arm makes."""
@@ -63,64 +66,90 @@ class MoveGripper(Operation[GripperResult]):
                 f"{self.name}: the jaws hold {load.name}; gripper.release() opens them, and "
                 "detach() declares that they are empty"
             )
-        self._arm_motion = _arm_motion(arm, self)
-        if self._arm_motion is None or self._arm_motion.plan is None:
-            return
         arm.stack.gripper.check(GripperGoal((self._width,)))
-        before = arm.workspace.surroundings
-        # First, so that a motion planned from now on keeps clear of the travel.
-        arm.jaws.begin_travel(self._width)
-        try:
-            planner = Planner(arm.workspace, arm.positions)
-            kinematics, scene = planner.kinematics, planner.workspace.surroundings
-            for path in self._arm_motion.paths:
-                # The check of a path tolerates too little clearance at its start: there the jaws
-                # are checked separately.
-                start = start_of(path, planner)
-                scene.check_standing(kinematics, start, before)
-                scene.check(kinematics, path, start)
-            # Here, as the disk may take longer than a cycle of the arm's motion.
-            arm.session.gripper.keep(self._width)
-        except BaseException:
-            arm.jaws.refuse_travel()
-            raise
+        before = arm.workspace
+        # Before the motions are looked at: one that begins later is planned for the travel.
+        self._announced = True
+        arm.jaws.announce(self._width)
+        self._checked = motion = _arm_motion(arm, self)
+        if motion is None:
+            _check_standing(arm, before, self._width)
+            return
+        if motion.plan is None:
+            raise motion.claim.refuse(self.name)
+        planner = Planner(arm.workspace, arm.positions)
+        kinematics, scene = planner.kinematics, planner.workspace.surroundings
+        for path in motion.paths:
+            # The check of a path tolerates too little clearance at its start: there the jaws
+            # are checked separately.
+            start = start_of(path, planner)
+            scene.check_standing(kinematics, start, before.surroundings)
+            scene.check(kinematics, path, start)
+        # Here, as the disk may take longer than a cycle of the arm's motion.
+        arm.session.gripper.keep(self._width)
 
     def cycles(self, arm: Arm) -> Cycles[GripperResult]:
         """Send the goal and wait for its end."""
         self.claim.require_not_stopped()
-        motion = yield from self._ready(arm)
+        yield from self._ready(arm)
         arm.jaws.begin_travel(self._width)
+        self._announced = False
         try:
             goal = yield from self._pursue(arm)
         finally:
-            if motion is None:
-                store_width(arm)
-            else:
-                # The arm moves, and its cycles do not wait for the disk.
+            if _moving(arm, self):
+                # The cycles of the arm do not wait for the disk.
                 threading.Thread(target=store_width, args=(arm,), name="gripper-width").start()
+            else:
+                store_width(arm)
         if goal.status is not GoalStatus.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {self._width:g} m: {goal.text}")
         arm.jaws.end_travel()
         return goal.result
 
-    def _ready(self, arm: Arm) -> Cycles[FollowTrajectory | None]:
-        """Drive the servo and check the travel; return the motion that the arm is making."""
+    def _end(self, error: BaseException | None) -> None:
+        # Before the gripper is free for another operation, which announces its own width.
+        if self._announced and self._arm is not None:
+            self._arm.jaws.withdraw()
+        super()._end(error)
+
+    def _ready(self, arm: Arm) -> Cycles[None]:
+        """Drive the servo, check the travel where the arm stands, and store the width."""
         yield from drive(arm, self)
-        arm.stack.gripper.check(GripperGoal((self._width,)))
-        if _arm_motion(arm, self) is None:
+        if not _moving(arm, self):
             # The arm may have been pushed since the last cycle.
             arm.restart_loop(self)
             yield None
         motion = _arm_motion(arm, self)
-        if motion is None:
-            with suppress(NotHomedError):
-                Planner(arm.workspace, arm.positions).check_width(self._width)
-            # Before the first cycle: the disk may take longer than one.
+        if motion is not None and motion is self._checked:
+            return
+        # One that began since is planned for the travel, but tolerates too little clearance at its
+        # start; and a servo that was not driven had the jaws anywhere.
+        before = arm.workspace.with_widths(*arm.jaws.present())
+        _check_standing(arm, before, self._width, motion)
+        yield from self._store(arm)
+
+    def _store(self, arm: Arm) -> Cycles[None]:
+        """Store the width; the cycles of a motion of the arm do not wait for the disk."""
+        if not _moving(arm, self):
             arm.session.gripper.keep(self._width)
-        elif motion is not self._arm_motion:
-            raise motion.claim.refuse(self.name)
-        arm.restart_loop(self)
-        return motion
+            arm.restart_loop(self)
+            return
+        errors: list[GripperError] = []
+
+        def store() -> None:
+            try:
+                arm.session.gripper.keep(self._width)
+            except GripperError as error:
+                errors.append(error)
+
+        storing = threading.Thread(target=store, name="gripper-width")
+        storing.start()
+        while storing.is_alive():
+            yield None
+        if errors:
+            raise errors[0]
+        self.claim.require_not_stopped()
 
     def _pursue(self, arm: Arm) -> Cycles[GripperGoalHandle]:
         """Send the goal and run cycles until it is done; the jaws rest at the end."""
@@ -155,23 +184,44 @@ class MoveGripper(Operation[GripperResult]):
             keep_evidence(arm)
 
 
+def _moving(arm: Arm, operation: Operation[GripperResult]) -> list[Operation[Any]]:
+    """Return the operation that moves the arm, or is about to, as a list of one or none."""
+    others = [each for each in arm.operations if each is not operation and not each.done]
+    return [each for each in others if Device.ARM in each.devices]
+
+
 def _arm_motion(arm: Arm, operation: Operation[GripperResult]) -> FollowTrajectory | None:
-    """Return the planned motion that the arm is making; None if it rests or is homed.
+    """Return the motion that the arm plans or makes; None if it rests or is homed.
 
     Homing is clear at every width of the jaws.
 
     Raises:
-        BusyError: The arm jogs, or plans a motion.
+        BusyError: The arm jogs, or does something else.
     """
-    for other in arm.operations:
-        if other is operation or Device.ARM not in other.devices or other.done:
-            continue
-        if isinstance(other, Home):
-            continue
-        if not isinstance(other, FollowTrajectory) or other.plan is None:
+    for other in _moving(arm, operation):
+        if isinstance(other, FollowTrajectory):
+            return other
+        if not isinstance(other, Home):
             raise other.claim.refuse(operation.name)
-        return other
     return None
+
+
+def _check_standing(
+    arm: Arm, before: Workspace, width: float, motion: FollowTrajectory | None = None
+) -> None:
+    """Check the travel of the jaws where the arm stands, or where its motion begins.
+
+    The position of an arm that is not homed is unknown: then nothing is checked.
+
+    Raises:
+        ZoneError: The clearance of a jaw would be too small.
+    """
+    with suppress(NotHomedError):
+        planner = Planner(before, arm.positions)
+        if motion is not None and motion.plan is not None:
+            start = start_of(motion.paths[0], planner)
+            planner = Planner(before, lambda: start)
+        planner.check_width(width)
 
 
 def store_width(arm: Arm) -> None:
