@@ -150,6 +150,7 @@ class MoveGripper(Operation[GripperResult]):
         if errors:
             raise errors[0]
         self.claim.require_not_stopped()
+        arm.stack.supervisor.require_clear()
 
     def _pursue(self, arm: Arm) -> Cycles[GripperGoalHandle]:
         """Send the goal and run cycles until it is done; the jaws rest at the end."""
