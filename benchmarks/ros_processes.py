@@ -83,6 +83,7 @@ def program(made: Rig, what: str) -> Iterator[Program]:
     ) as process:
         try:
             yield Program(process)
+            process.communicate(timeout=20.0)
         finally:
             process.kill()
 

@@ -177,10 +177,16 @@ def main(what: str) -> None:
     program: Any = {"publisher": Publisher, "client": Client}[what](node)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    threading.Thread(target=executor.spin, daemon=True).start()
+    spinning = threading.Thread(target=executor.spin)
+    spinning.start()
     for line in sys.stdin:
         word, *arguments = json.loads(line)
         print(json.dumps(getattr(program, word)(*arguments)), flush=True)
+    # A program that only exits delays for seconds that others find each other.
+    executor.shutdown()
+    spinning.join()
+    node.destroy_node()
+    rclpy.shutdown()
 
 
 if __name__ == "__main__":

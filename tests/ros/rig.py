@@ -251,6 +251,7 @@ class Rig:
             stdout=subprocess.PIPE,
         ) as process:
             yield Ros(process)
+            process.communicate(timeout=LIMIT)
 
 
 @contextmanager

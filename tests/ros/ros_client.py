@@ -108,7 +108,15 @@ class Clients:
         self.subscriptions: dict[str, Any] = {}
         self.streams: dict[str, Any] = {}
         self.goals: list[dict[str, Any]] = []
-        threading.Thread(target=self.executor.spin, daemon=True).start()
+        self.spinning = threading.Thread(target=self.executor.spin)
+        self.spinning.start()
+
+    def close(self) -> None:
+        """End so that ROS tells the others; else they find each other late for some seconds."""
+        self.executor.shutdown()
+        self.spinning.join()
+        self.node.destroy_node()
+        rclpy.shutdown()
 
     def _begin(self, type: str, name: str, request: dict[str, Any]) -> Any:  # noqa: A002
         if name not in self.services:
@@ -280,6 +288,7 @@ def main() -> None:
         except Exception as error:  # noqa: BLE001  raised by the test
             answer = {"error": f"{type(error).__name__}: {error}"}
         print(json.dumps(answer), flush=True)  # noqa: T201  for the test
+    clients.close()
 
 
 if __name__ == "__main__":
