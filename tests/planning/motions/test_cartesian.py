@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from bioscara.errors import (
@@ -43,6 +43,14 @@ angles = st.tuples(
     st.floats(-2.8, 2.8), st.floats(0.02, 0.32), st.floats(0.2, 2.5), st.floats(-2.5, 2.5)
 )
 elbows = st.sampled_from((1.0, -1.0))
+
+
+def furthest_wrist(arm: Scara, path: Path) -> float:
+    """Return the largest distance of the wrist from the column on the path [m]."""
+    poses = path.sample(np.linspace(0.0, path.length, 2001)).poses
+    offset = np.exp(1j * (poses[:, 3] - arm.tool.yaw)) * complex(arm.tool.x, arm.tool.y)
+    wrist = poses[:, 0] + 1j * poses[:, 1] - offset
+    return float(np.abs(wrist - complex(arm.base.x, arm.base.y)).max())
 
 
 def exceeded(trajectory: Trajectory, arm: Scara, tool: ToolLimits) -> float:
@@ -268,6 +276,7 @@ def test_where_slowing_down_does_not_help_the_largest_speed_is_reported() -> Non
     st.floats(-1.5, 1.5),
     st.tuples(st.floats(-0.5, 0.5), st.floats(0.02, 0.32), st.floats(-1.5, 1.5), st.floats(-1, 1)),
 )
+@example(TOOLED, FREE, 0.0, 1.5, (0.0, 0.25, 1.0, 1.0))
 def test_a_line_may_begin_and_end_stretched(
     arm: Scara, tool: ToolLimits, j1: float, j4: float, turned: tuple[float, ...]
 ) -> None:
@@ -277,6 +286,13 @@ def test_a_line_may_begin_and_end_stretched(
     far, near = arm.forward(straight), arm.forward(bent)
     for start, goal in ((straight, near), (bent, far)):
         path = Line(arm.forward(start), goal)
+        # A tool that turns about its offset can lead the wrist outwards.
+        beyond = furthest_wrist(arm, path) - REACH
+        if beyond > 1e-5:
+            with pytest.raises(PathError, match="beyond the reach"):
+                linear(arm, start, goal, LIMITS, tool)
+            continue
+        assume(beyond < 1e-9)
         trajectory = linear(arm, start, goal, LIMITS, tool)
         assert trajectory.positions[0] == pytest.approx(start, abs=1e-12)
         reached = arm.forward(trajectory.positions[-1].tolist())

@@ -146,7 +146,8 @@ def test_signals_that_repeat_end_nothing_before_the_arm_is_released(
     assert status in {128 + number, -number, *([0] if kind == "returning" else [])}
     if number == signal.SIGINT:
         assert "KeyboardInterrupt" in errors
-    else:
+    elif kind != "returning" or not errors.startswith("Exception ignored in: <module 'threading'"):
+        # Python reports a signal that arrives while it joins the threads, and goes on.
         assert errors == ""
     require_released(arm, folder)
 
