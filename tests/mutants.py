@@ -1085,6 +1085,13 @@ MUTANTS = (
         ("tests/robot/test_arm.py",),
     ),
     Mutant(
+        "rest of a motion that Ctrl-C interrupts as it begins",
+        "Arm.execute",
+        "if not _interrupted_after_begin(operation, error)",
+        "if True",
+        ("tests/robot/operations/test_ctrl_c_at_the_begin.py",),
+    ),
+    Mutant(
         "path tolerance of a trajectory",
         "JointTrajectoryController._end_if_decided",
         "overtime < 0.0 or sampler.waiting is not None",

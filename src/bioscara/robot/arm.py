@@ -201,12 +201,14 @@ class Arm:
             BioscaraError: The operation is refused; nothing moves.
         """
         self.require_outside(operation.name)
-        # Not the turn, which may be taken: a stop from now on must reach the operation.
-        with self._beginning:
-            self._operations = (*self._operations, operation)
         try:
+            # Not the turn, which may be taken: a stop from now on must reach the operation.
+            with self._beginning:
+                self._operations = (*self._operations, operation)
             operation.begin(self, admit)
-        except BaseException:
+        except BaseException as error:
+            if not isinstance(error, Exception) and not operation.prepared:
+                operation.abandon(error)
             self._forget_ended()
             raise
 
@@ -220,9 +222,16 @@ class Arm:
             BusyError: As :meth:`begin`.
             BioscaraError: The operation was refused, or the error that ended it.
         """
-        self.begin(operation)
         me, ending = threading.current_thread(), None
-        while not operation.done:
+        try:
+            self.begin(operation)
+        except BaseException as error:
+            if not _interrupted_after_begin(operation, error):
+                raise
+            ending = error
+            operation.interrupt(error)
+        # No call: a KeyboardInterrupt at its begin would leave the operation to itself.
+        while not operation.claim.ended:
             try:
                 # Signals that repeat faster than a late computer ends a cycle would keep setpoints
                 # from the joints while they come to rest.
@@ -252,8 +261,14 @@ class Arm:
             BusyError: As :meth:`begin`.
             BioscaraError: The operation is refused; nothing moves.
         """
-        self.begin(operation)
-        self._ensure_runner()
+        try:
+            self.begin(operation)
+            self._ensure_runner()
+        except BaseException as error:
+            if _interrupted_after_begin(operation, error):
+                operation.interrupt(error)
+                self._ensure_runner()
+            raise
 
     @property
     def watched(self) -> bool:
@@ -505,3 +520,8 @@ class Arm:
                         self._runner = None
             if ended:
                 return
+
+
+def _interrupted_after_begin(operation: Operation[Any], error: BaseException) -> bool:
+    """Return whether a request to end the program came when the operation had just begun."""
+    return not isinstance(error, Exception) and operation.prepared and not operation.claim.ended

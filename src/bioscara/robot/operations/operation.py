@@ -133,9 +133,9 @@ class Operation(ABC, Generic[T]):
         """
         if self._begun:
             raise LifecycleError(f"{self.name} was begun already; each motion is a new operation")
-        self._begun, self._arm = True, arm
-        self.claim = Claim(self.name, self.devices)
         try:
+            self._begun, self._arm = True, arm
+            self.claim = Claim(self.name, self.devices)
             arm.arbiter.take(self.claim)
             if admit is not None:
                 admit()
@@ -146,6 +146,11 @@ class Operation(ABC, Generic[T]):
         except BaseException as error:
             self._end(error)
             raise
+
+    @property
+    def prepared(self) -> bool:
+        """Whether :meth:`begin` has prepared it, so that it can be stepped."""
+        return self._procedure is not None
 
     def step(self) -> None:
         """Advance to the next control cycle, or to the end; called before each cycle."""
