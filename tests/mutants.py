@@ -357,6 +357,20 @@ MUTANTS = (
         HAZARDS,
     ),
     Mutant(
+        "a driver that does not answer, for want of supply",
+        "Tmc5130::poll",
+        "(asked == IOIN && silent(status))",
+        "false",
+        HOST,
+    ),
+    Mutant(
+        "cause of a stall in a driver that does not answer",
+        "Tmc5130::read_gstat",
+        "silent(ioin)",
+        "false",
+        HOST,
+    ),
+    Mutant(
         "a motor that cannot back off from its first touch",
         "Homing::step",
         "moved < 0.5F * kBackOff",
@@ -1090,6 +1104,13 @@ MUTANTS = (
         "if not _interrupted_after_begin(operation, error)",
         "if True",
         ("tests/robot/operations/test_ctrl_c_at_the_begin.py",),
+    ),
+    Mutant(
+        "reduced speed of a motion whose velocity jumps",
+        "moving_average.velocity_jumps",
+        "bool(np.abs(jumps).max() > _SMOOTH)",
+        "False",
+        ("tests/system/test_load_speed.py", "tests/planning/test_moving_average.py"),
     ),
     Mutant(
         "path tolerance of a trajectory",

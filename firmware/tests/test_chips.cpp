@@ -28,6 +28,8 @@ class Answers final : public Hal {
   std::uint32_t micros() override { return 0; }
   void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override {
     constexpr std::uint8_t kGstat = 0x01;
+    constexpr std::uint8_t kIoin = 0x04;
+    received[1] = asked == kIoin ? 0x11 : 0;
     received[4] = asked == kGstat && reset_flag ? 1 : 0;
     if (asked == kGstat) reset_flag = false;
     asked = sent[0];

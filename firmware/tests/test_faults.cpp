@@ -302,12 +302,21 @@ TEST(a_driver_that_restarted_is_checked_anew) {
 }
 
 TEST(a_supply_that_is_cut_while_the_joint_is_disabled_is_no_fault) {
-  Bench bench(4);
-  Host host(bench, 4);
-  host.arm_session();
-  bench.driver().set_motor_power(false);
-  bench.run(0.5);
-  CHECK(host.fault() == Fault::NONE);
+  for (const bool high : {false, true}) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    bench.driver().set_idle_level(high);
+    bench.driver().set_motor_power(false);
+    bench.run(0.5);
+    CHECK(host.fault() == Fault::NONE);
+    bench.driver().set_motor_power(true);
+    bench.run(0.5);
+    host.enable();
+    host.wait_until_idle(2.0);
+    CHECK(host.fault() == Fault::NONE);
+    CHECK(!has(host.flags(), Flags::NOTENABLED));
+  }
 }
 
 TEST(a_stop_that_is_followed_by_a_disabling_stays_as_hard) {
@@ -622,32 +631,50 @@ TEST(an_encoder_frozen_under_command_is_told_from_a_stall) {
   }
 }
 
+// How a motor supply fails: too low for the power stage alone, or for the chip, whose data line is
+// then low or high.
+enum class Supply { LOW_VOLTAGE, OFF, OFF_AND_HIGH };
+constexpr Supply kSupplies[] = {Supply::LOW_VOLTAGE, Supply::OFF, Supply::OFF_AND_HIGH};
+
+void fail_supply(Bench& bench, Supply kind, bool fails) {
+  bench.driver().set_idle_level(kind == Supply::OFF_AND_HIGH);
+  if (kind == Supply::LOW_VOLTAGE)
+    bench.driver().raise_undervoltage(fails);
+  else
+    bench.driver().set_motor_power(!fails);
+}
+
 TEST(a_cut_of_the_motor_supply_is_a_fault_and_not_a_silent_recovery) {
-  Running run(4, 20.0);
-  run.bench.driver().set_motor_power(false);
-  const double time = time_to_fault(run.host, 0.5, true);
-  CHECK(time > 0.0 && time < 0.04);
-  expect_power_off(run.host, Fault::DRIVER);
-  // Still off: it cannot be enabled. On again: nothing moves autonomously.
-  run.host.clear_fault();
-  run.host.wait_until_idle(1.0);  // The field of the open stage runs down.
-  run.host.enable();
-  expect_power_off(run.host, Fault::DRIVER);
-  run.bench.driver().set_motor_power(true);
-  const double place = run.bench.field();
-  run.host.keep(0.5);
-  CHECK(run.bench.field() == place);
-  CHECK(!run.bench.stage_closed());
-  expect_recovery(run.host);
+  for (const Supply kind : kSupplies) {
+    Running run(4, 20.0);
+    fail_supply(run.bench, kind, true);
+    const double time = time_to_fault(run.host, 0.5, true);
+    CHECK(time > 0.0 && time < 0.04);
+    expect_power_off(run.host, Fault::DRIVER);
+    // Still off: it cannot be enabled. On again: nothing moves autonomously.
+    run.host.clear_fault();
+    run.host.wait_until_idle(1.0);  // The field of the open stage runs down.
+    run.host.enable();
+    expect_power_off(run.host, Fault::DRIVER);
+    fail_supply(run.bench, kind, false);
+    const double place = run.bench.field();
+    run.host.keep(0.5);
+    CHECK(run.bench.field() == place);
+    CHECK(!run.bench.stage_closed());
+    expect_recovery(run.host);
+  }
 }
 
 TEST(a_cut_of_the_motor_supply_is_noticed_at_rest_too) {
-  Running run(4, 0.0);
-  run.bench.driver().set_motor_power(false);
-  run.host.keep(0.1);
-  run.bench.driver().set_motor_power(true);
-  run.host.keep(0.1);
-  expect_power_off(run.host, Fault::DRIVER);
+  for (const Supply kind : kSupplies) {
+    Running run(4, 0.0);
+    fail_supply(run.bench, kind, true);
+    run.host.keep(0.1);
+    expect_power_off(run.host, Fault::DRIVER);
+    fail_supply(run.bench, kind, false);
+    run.host.keep(0.1);
+    expect_power_off(run.host, Fault::DRIVER);
+  }
 }
 
 TEST(a_driver_that_restarts_is_off_within_the_tick_and_set_up_in_the_next_ones) {
@@ -701,9 +728,9 @@ TEST(what_a_fault_cut_stays_cut_until_SETUP) {
 
 TEST(a_motor_is_not_engaged_while_the_field_of_its_open_stage_still_turns) {
   Running run(3, 100.0);
-  run.bench.driver().set_motor_power(false);
+  run.bench.driver().raise_undervoltage(true);
   CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
-  run.bench.driver().set_motor_power(true);
+  run.bench.driver().raise_undervoltage(false);
   run.host.keep(0.03);
   run.host.clear_fault();
   run.bench.run(0.01);
@@ -725,9 +752,9 @@ TEST(the_field_of_an_open_stage_runs_down_before_a_hold_current_closes_it) {
                                     {Register::SETCURRENT, std::uint8_t{30}},
                                     {Register::SETBRAKEMODE, std::uint8_t{1}}}) {
     Running run(3, 100.0);
-    run.bench.driver().set_motor_power(false);
+    run.bench.driver().raise_undervoltage(true);
     CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
-    run.bench.driver().set_motor_power(true);
+    run.bench.driver().raise_undervoltage(false);
     run.host.keep(0.03);
     run.host.clear_fault();
     run.bench.run(0.01);

@@ -73,12 +73,7 @@ void Board::set_power(bool on) {
   }
 }
 
-void Board::set_motor_power(bool on) {
-  if (on == driver_.has_motor_power()) return;
-  driver_.set_motor_power(on);
-  // The supply is the chip's own: without it, it neither answers nor remembers.
-  if (firmware_ == Firmware::ORIGINAL) driver_.power_up();
-}
+void Board::set_motor_power(bool on) { driver_.set_motor_power(on); }
 
 void Board::advance(Time now) {
   while (next_step_ <= now) {
@@ -163,10 +158,7 @@ void Board::enter_bootloader() {
 }
 
 void Board::driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
-  if (firmware_ == Firmware::ORIGINAL && !driver_.has_motor_power())
-    std::fill_n(received, 5, std::uint8_t{0});
-  else
-    driver_.exchange(sent, received);
+  driver_.exchange(sent, received);
 }
 
 void Board::encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) {

@@ -9,6 +9,7 @@ namespace bioscara::sim::tmc5130 {
 enum Address : std::uint8_t {
   GCONF = 0x00,
   GSTAT = 0x01,
+  IOIN = 0x04,
   IHOLD_IRUN = 0x10,
   TPOWERDOWN = 0x11,
   TPWMTHRS = 0x13,

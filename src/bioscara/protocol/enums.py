@@ -66,7 +66,7 @@ class Flags(IntFlag):
     FAULT = 0x10
     """A fault is latched; read FAULT for it (version 2)."""
     ARMED = 0x20
-    """The session is armed: un-trailered motion commands are refused (version 2)."""
+    """The session is armed: every write without trailer but STOP is refused (version 2)."""
     REFUSED = 0x80
     """The frame just sent was not executed; FAULT gives the reason (version 2)."""
 
@@ -133,7 +133,7 @@ class Refusal(IntEnum):
     NOT_ARMED = 5
     """The command needs an armed session."""
     TRAILER_REQUIRED = 6
-    """The session is armed: a motion command without trailer is not accepted."""
+    """The session is armed: a write without trailer is not accepted, but STOP."""
     NOT_FINITE = 7
     OUT_OF_RANGE = 8
     """A value is outside the range of the register, or a setpoint too far from the last one."""

@@ -150,17 +150,18 @@ length of a register equals its version 2 length.
   one (by signed 8-bit difference) is refused. So a host may repeat any frame whose answer it
   lost.
 - A frame that is not executed is answered `[flags][seq][crc]` with REFUSED set, and filler where
-  more bytes are requested. FAULT states the reason.
+  more bytes are requested. FAULT states the reason. A frame of which neither register and length
+  nor CRC fit gets the flags alone, as one of version 1: the trailer is missing.
 - `HELLO` is accepted with any sequence number. `ARM` with the joint's boot id and a session
   number that is new to this boot opens a session: sequence numbers count from its own, and
-  motion commands without trailer are refused until the joint restarts or is disarmed.
+  every write without trailer but STOP is refused until the joint restarts or is disarmed.
 - The joint's bootloader takes two steps, so that no single frame can start it: `DISARM`, then
   `BOOTLOADER`, both with the boot id of `HELLO`, nothing between them, in a disabled joint.
 - Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
   ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
-  registers marked below; polls never count. A self-running command (HOME, MOVESTEPS and
-  their like) is kept alive by writing WATCHDOG. A version 1 session has no such register, so
-  there any intact frame keeps such a command alive, for 250 ms; setpoints it must repeat.
+  registers listed below the table; polls never count. A self-running command (HOME, MOVESTEPS and
+  their like) is kept alive by writing WATCHDOG. A version 1 host has no such register: any
+  intact frame keeps such a command alive, for 250 ms. Setpoints have to be repeated there, too.
 
 ## What the check byte catches
 

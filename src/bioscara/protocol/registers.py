@@ -244,8 +244,9 @@ REGISTERS: tuple[Definition, ...] = (
         Register.HOME,
         _W,
         "Seeks the end stop at this speed, or at 95 rpm (joint 2: 110) if that is faster, backs "
-        "off and touches it again at 17 rpm; the second touch becomes encoder zero. Sets NOTHOMED "
-        "and BUSY at once. Direction 1 is positive.",
+        "off and touches it again at 17 rpm; the second touch becomes encoder zero. A touch is a "
+        "lead of the field that grows by 2.5 times the sensitivity, 75 to 130 microsteps. Sets "
+        "NOTHOMED and BUSY at once. Direction 1 is positive.",
         written=(
             _DIRECTION,
             Field("speed", Kind.U8, "rpm", 1, 250),
@@ -284,9 +285,9 @@ REGISTERS: tuple[Definition, ...] = (
         Register.ARM,
         _W,
         "Opens a session on this boot: from now on sequence numbers count from this frame's and "
-        "motion commands need a trailer. The session now armed, if named again, is answered and "
-        "not re-opened, and one of the 32 before it is refused, so that a late copy can neither "
-        "rewind the sequence nor bring an earlier session back.",
+        "every write but STOP needs a trailer. The session now armed, if named again, is answered "
+        "and not re-opened, and one of the 31 before it is refused, so that a late copy can "
+        "neither rewind the sequence nor bring an earlier session back.",
         written=(Field("boot_id", Kind.U16), Field("session", Kind.U16)),
         version=2,
         support=Support.NO,
@@ -377,7 +378,7 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.DISARM,
         _W,
-        "Ends the session of a disabled joint at rest: commands without trailer are accepted "
+        "Ends the session of a disabled joint at rest: writes without trailer are accepted "
         "again. The first of the two steps to the bootloader.",
         written=(Field("boot_id", Kind.U16),),
         version=2,

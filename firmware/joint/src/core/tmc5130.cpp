@@ -11,6 +11,7 @@ namespace {
 enum : uint8_t {
   GCONF = 0x00,
   GSTAT = 0x01,
+  IOIN = 0x04,
   IHOLD_IRUN = 0x10,
   TPOWERDOWN = 0x11,
   TPWMTHRS = 0x13,
@@ -44,6 +45,9 @@ constexpr uint32_t kToff = 0x0F;
 constexpr uint32_t kPwmconf = 0x00050480;
 constexpr uint32_t kFreewheel = 1U << 20;
 constexpr uint32_t kShortCoils = 2U << 20;
+constexpr uint8_t kUndervoltage = 0x04;
+// A chip without its supply leaves the line low or high. No register reads all ones.
+constexpr uint32_t kHigh = 0xFFFFFFFF;
 // The acceleration phases A1 and D1 are off while V1 is 0, but must not be 0 themselves.
 constexpr uint32_t kFirstPhase = 600;
 constexpr uint32_t kStopSpeed = 10;
@@ -72,6 +76,9 @@ uint32_t current_scale(uint8_t percent) {
   return scale > 31U ? 31U : scale;
 }
 
+// Its highest byte is the version, 0x11.
+bool silent(uint32_t ioin) { return ioin >> 24 == 0 || ioin == kHigh; }
+
 }  // namespace
 
 uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
@@ -82,7 +89,7 @@ uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
   hal_.driver_exchange(sent, received);
   spi_status_ = received[0];
   // Every datagram reports a reset: at once, where GSTAT is read every 16th tick.
-  gstat_ |= spi_status_ & 0x01;
+  if (spi_status_ != 0xFF) gstat_ |= spi_status_ & 0x01;
   return static_cast<uint32_t>(received[1]) << 24 | static_cast<uint32_t>(received[2]) << 16 |
          static_cast<uint32_t>(received[3]) << 8 | received[4];
 }
@@ -129,23 +136,33 @@ void Tmc5130::poll() {
   // Pipelined: each datagram returns the value that the previous one requested.
   exchange(XACTUAL, 0);
   position_ = static_cast<int32_t>(exchange(VACTUAL, 0));
-  const bool global = ++turn_ % 16 == 0;
-  const uint32_t raw = exchange(global ? GSTAT : DRV_STATUS, 0);
+  ++turn_;
+  const uint8_t asked = turn_ % 16 == 0 ? GSTAT : turn_ % 16 == 8 ? IOIN : DRV_STATUS;
+  const uint32_t raw = exchange(asked, 0);
   velocity_ = static_cast<int32_t>(raw << 8) >> 8;  // 24 bits, signed
   const uint32_t status = exchange(XACTUAL, 0);
-  if (!global) {
+  if (status == kHigh || (asked == IOIN && silent(status))) {
+    gstat_ |= kUndervoltage;
+  } else if (asked == DRV_STATUS) {
     drv_status_ = status;
-  } else if ((status & 0x07) != 0) {
-    gstat_ |= static_cast<uint8_t>(status & 0x07);
-    write(GSTAT, status & 0x07);  // It has just been read: see setup().
+  } else if (asked == GSTAT) {
+    take(static_cast<uint8_t>(status & 0x07));
   }
 }
 
 uint8_t Tmc5130::read_gstat() {
-  exchange(GSTAT, 0);
-  const uint8_t status = exchange(XACTUAL, 0) & 0x07;
-  if (status != 0) write(GSTAT, status);
+  exchange(IOIN, 0);
+  const uint32_t ioin = exchange(GSTAT, 0);
+  const auto status = static_cast<uint8_t>(exchange(XACTUAL, 0) & 0x07);
+  if (silent(ioin)) return kUndervoltage;
+  take(status);
   return status;
+}
+
+void Tmc5130::take(uint8_t status) {
+  if (status == 0) return;
+  gstat_ |= status;
+  write(GSTAT, status);  // It has just been read: see setup().
 }
 
 uint8_t Tmc5130::take_gstat() {

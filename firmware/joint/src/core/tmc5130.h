@@ -27,9 +27,10 @@ class Tmc5130 {
   // The SPI status byte: bit 0 reset, bit 1 driver error, bit 3 standstill, 4 and 5 reached.
   uint8_t spi_status() const { return spi_status_; }
   uint32_t drv_status() const { return drv_status_; }
-  // Reset, driver error and undervoltage bits since the last call.
+  // Reset, driver error and undervoltage bits since the last call. A chip that does not answer,
+  // as without its supply, counts as one with undervoltage.
   uint8_t take_gstat();
-  // Reads GSTAT now instead of with the next poll that reads it.
+  // Reads these bits now instead of with the next polls.
   uint8_t read_gstat();
 
   // Each writes only what changed.
@@ -46,6 +47,7 @@ class Tmc5130 {
 
   uint32_t exchange(uint8_t address, uint32_t value);
   void write(uint8_t address, uint32_t value);
+  void take(uint8_t status);
 
   Hal& hal_;
   int32_t position_ = 0;
