@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.kinematics import Joints, Pose, batch
-from bioscara.planning import Waypoint, check, linear, point_to_point, sequence
-from bioscara.planning.moving_average import Smoothed, averaged, most_jerk
+from bioscara.planning import Trajectory, Waypoint, check, linear, point_to_point, sequence
+from bioscara.planning.moving_average import Smoothed, averaged, most_jerk, velocity_jumps
 from planning.limits import LIMITS, NAMES
 from planning.scenes import ARM
 
@@ -116,3 +116,16 @@ def test_a_motion_of_joints_that_is_averaged_takes_a_window_longer() -> None:
     assert gentle.positions[-1] == pytest.approx(goal)
     most = [2.0 * limit.max_acceleration / WINDOW for limit in LIMITS]
     assert (most_jerk(gentle) <= np.array(most) * 1.02).all()
+
+
+def test_a_jump_of_the_velocity_is_found_and_is_one_of_the_jerk() -> None:
+    smooth = point_to_point(NAMES, START, (0.4, 0.25, 0.2, 0.9), LIMITS, jerk_limited=False)
+    points = smooth.positions[[0, -1]]
+    straight = Trajectory(NAMES, (0.0, smooth.duration), points)
+    moving = Trajectory(NAMES, (0.0, smooth.duration), points, ((0.1, 0.0, 0.0, 0.0), REST))
+    assert not velocity_jumps(smooth)
+    assert not velocity_jumps(Trajectory(NAMES, (0.0,), points[:1]))
+    for jumping in (straight, moving):
+        assert velocity_jumps(jumping)
+        assert (most_jerk(jumping) > 2.0 * most_jerk(smooth))[0]
+        assert not velocity_jumps(averaged(jumping, WINDOW))

@@ -200,6 +200,27 @@ def test_loads_keep_the_limit_in_trapezoids_of_other_planners(loads: Loads) -> N
             assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
 
 
+def test_loads_keep_the_limit_on_points_without_velocities(loads: Loads) -> None:
+    for rng in starts(loads, "points"):
+        here = np.array(loads.robot.plan.here())
+        count, apart = rng.randrange(3, 8), rng.choice((0.1, 0.2, 0.4, 1.0))
+        ways = np.array([[rng.uniform(-1.0, 1.0) for _ in here] for _ in range(count)])
+        ways *= np.array((0.3, 0.01, 0.5, 0.5)) * rng.choice((0.1, 0.5)) * apart
+        trajectory = Trajectory(NAMES, apart * np.arange(count + 1), [here, *(here + ways)])
+        with suppress(BioscaraError):
+            loads.robot.plan.check_trajectory(trajectory, here)
+            assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
+
+
+def test_loads_keep_the_limit_of_an_elbow_led_to_and_fro_by_points(loads: Loads) -> None:
+    loads.robot.move_joints((0.3, 0.2, 0.6, 0.2))
+    for way, apart in ((0.1, 0.2), (0.05, 0.1)):
+        elbow = 0.6 + way * np.array((0, 1, 0, 1, 0, 1, 0))
+        points = [(0.3, 0.2, j3, 0.2) for j3 in elbow]
+        trajectory = Trajectory(NAMES, apart * np.arange(7), points)
+        assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
+
+
 def test_loads_keep_the_limit_in_a_stop_followed_by_a_jog(loads: Loads) -> None:
     robot = loads.robot
     for rng in starts(loads, "stops"):

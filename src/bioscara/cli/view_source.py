@@ -13,7 +13,6 @@ from bioscara.errors import (
     BusUnavailableError,
     ConfigurationError,
     InvalidArgumentError,
-    OwnerLostError,
 )
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
@@ -65,7 +64,8 @@ def _look_at_served(name: str) -> Callable[[], tuple[float, Sequence[float]]]:
     def look() -> tuple[float, Sequence[float]]:
         try:
             state = robot.state
-        except OwnerLostError as error:
+        except BioscaraError as error:
+            # The owner may restart, and the joints may be enabled or recovered.
             raise BusUnavailableError(str(error)) from error
         if any(map(math.isnan, state.positions)):
             raise BusUnavailableError(f"arm {name} is not homed: its position is unknown")

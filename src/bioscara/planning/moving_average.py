@@ -116,8 +116,10 @@ class Smoothed:
 
 _STEP, _APART = 0.01, 1e-4
 """Time between two points, and the shortest [s]."""
+_SMOOTH = 1e-3
+"""Jump of the velocity that counts as none [unit/s]."""
 _COMPARED = 0.005
-"""Time between two accelerations that are compared [s]."""
+"""Time between two velocities that are compared [s]."""
 
 
 def averaged(trajectory: Trajectory, window: float) -> Trajectory:
@@ -144,11 +146,27 @@ def averaged(trajectory: Trajectory, window: float) -> Trajectory:
 
 
 def most_jerk(trajectory: Trajectory) -> Array:
-    """Return the highest jerk of each joint [unit/s^3]; a jump is taken to last 5 ms."""
-    count = int(np.ceil(trajectory.duration / _COMPARED)) + 3
-    times = trajectory.times[0] + _COMPARED * (np.arange(count) - 1.0)
-    accelerations = trajectory.sample_many(times)[2]
-    return np.asarray(np.abs(np.diff(accelerations, axis=0)).max(axis=0) / _COMPARED)
+    """Return the highest jerk of each joint [unit/s^3].
+
+    It is the second difference of velocities 5 ms apart: a jump of the acceleration is taken to
+    last so long, and one of the velocity to be two of these.
+    """
+    count = int(np.ceil(trajectory.duration / _COMPARED)) + 4
+    times = trajectory.times[0] + _COMPARED * (np.arange(count) - 2.0)
+    velocities = trajectory.sample_many(times)[1]
+    return np.asarray(np.abs(np.diff(velocities, n=2, axis=0)).max(axis=0) / _COMPARED**2)
+
+
+def velocity_jumps(trajectory: Trajectory) -> bool:
+    """Return whether a joint's velocity jumps at a point, or is not zero at the start or end."""
+    if len(trajectory.times) == 1:
+        return False
+    powers = np.arange(1.0, 6.0)
+    slopes = trajectory.coefficients[..., 1:] * powers
+    ends = (slopes * np.diff(trajectory.times)[:, None, None] ** (powers - 1.0)).sum(axis=-1)
+    rest = np.zeros((1, ends.shape[1]))
+    jumps = np.concatenate((slopes[..., 0], rest)) - np.concatenate((rest, ends))
+    return bool(np.abs(jumps).max() > _SMOOTH)
 
 
 class _MotionIntegral:

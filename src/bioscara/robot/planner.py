@@ -31,7 +31,7 @@ from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.planning.motions.sequence import sequence
 from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.planning.motions.waypoints import Waypoint
-from bioscara.planning.moving_average import averaged, most_jerk
+from bioscara.planning.moving_average import averaged, most_jerk, velocity_jumps
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
 from bioscara.robot.workspace.workspace import Workspace
 
@@ -460,7 +460,15 @@ class Planner:
             for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
         ):
             return trajectory, factor
-        smooth = averaged(trajectory, self.workspace.windows[0])
+        longest, *others = self.workspace.windows
+        smooth = averaged(trajectory, longest)
+        if velocity_jumps(trajectory):
+            # Once averaged, its acceleration jumps, too high where the velocity did: in proportion.
+            slower = stretch_factor(smooth, self._limits) ** 2
+            trajectory, factor = stretched(trajectory, slower), slower * factor
+            for window in (longest, longest, *others):
+                trajectory = averaged(trajectory, window)
+            smooth = trajectory
         # Between its points the averaged curve may exceed a limit by a thousandth.
         return stretched(smooth, stretch_factor(smooth, self._limits)), factor
 

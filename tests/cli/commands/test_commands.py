@@ -179,7 +179,8 @@ def test_too_fast_is_refused_with_joint_time_value_and_limit(
 def test_fit_stretches_it_and_says_by_how_much(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["run", TOO_FAST, "--fit", "--out", str(tmp_path)], paced=False) == 0
+    command = ["run", TOO_FAST, "--fit", "--full-speed", "--out", str(tmp_path)]
+    assert main(command, paced=False) == 0
     out, err = capsys.readouterr()
     assert err == ""
     told = re.search(r"stretched in time by (\d+\.\d+) to fit the limits", out)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import re
 from pathlib import Path
 
 import pytest
@@ -83,6 +85,25 @@ def test_a_trajectory_has_a_dry_run_too(
     Path("a.csv").write_text("time,j1_position,j1_velocity\n0,0.1,0\n2,0.2,0\n")
     assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
     assert capsys.readouterr().out == "trajectory: a.csv, 2.00 s\n"
+
+
+def test_a_dry_run_shows_the_duration_of_the_slowed_and_averaged_motion(
+    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [f"{0.2 * i},0.5,0.2,{0.6 + 0.1 * (i % 2)},0.3" for i in range(7)]
+    header = ",".join(("time", *(f"j{number}_position" for number in range(1, 5))))
+    Path("a.csv").write_text("\n".join((header, *rows, "")))
+    assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
+    shown = re.match(r"trajectory: a.csv, (\d+\.\d+) s\n", capsys.readouterr().out)
+    assert shown
+    assert main(["run", "a.csv", "--out", "out"], paced=False) == 0
+    with Path("out/samples.csv").open() as file:
+        times = [
+            float(row["trajectory_time"]) for row in csv.DictReader(file) if row["trajectory_time"]
+        ]
+    assert float(shown[1]) > 1.5
+    # Until the joints have arrived.
+    assert float(shown[1]) <= max(times) + 0.02 < float(shown[1]) + 0.5
 
 
 @pytest.mark.parametrize("words", ["--tool needle", "--table t.yaml", "--from 0 0.2 0 0"])

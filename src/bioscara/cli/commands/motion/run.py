@@ -38,8 +38,6 @@ from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.limits import REDUCED_SPEED
-from bioscara.planning.motions.tool_speed import reduced
 from bioscara.report import (
     CycleHistory,
     JointInfo,
@@ -50,7 +48,8 @@ from bioscara.report import (
     text,
 )
 from bioscara.report.folder import TRAJECTORY, default_path
-from bioscara.robot import Robot, kinematics_of
+from bioscara.robot import Robot
+from bioscara.robot.planner import Planner
 from bioscara.robot.sequences.sequence_file import is_sequence
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.version import __version__
@@ -112,7 +111,7 @@ def run(options: Options) -> int:
 
 def _describe(job: Job) -> ExitStatus:
     output = Output()
-    output.line(f"trajectory: {job.source}, {job.trajectory.duration:.2f} s")
+    output.line(f"trajectory: {job.source}, {job.planned.duration:.2f} s")
     for note in job.notes:
         output.line(f"note: {note}")
     output.check()
@@ -127,6 +126,8 @@ class Job:
         title: Name of the run.
         source: Origin of the trajectory, in words.
         trajectory: Trajectory to execute.
+        planned: The same as the arm follows it, slowed down and averaged; as given where it does
+            not name all joints.
         notes: Notes on the trajectory for the user.
         scene: Surroundings to keep clear of, also during the motion to the start.
     """
@@ -134,6 +135,7 @@ class Job:
     title: str
     source: str
     trajectory: Trajectory
+    planned: Trajectory
     notes: tuple[str, ...]
     scene: Scene
 
@@ -168,20 +170,18 @@ def prepare(
         trajectory, factor = stretch(trajectory, parameters.joints)
         if factor > 1.0:
             notes += (f"stretched in time by {factor:.4f} to fit the limits",)
-    notes += tuple(check(trajectory, parameters.joints))
-    arm = kinematics_of(parameters)
-    if not full_speed:
-        trajectory, factor = reduced(trajectory, arm, (0.0,) * len(parameters.joints))
-        if factor > 1.0:
-            notes += (
-                f"slowed down by {factor:.4f} to keep the tool at {1e3 * REDUCED_SPEED:.0f} mm/s; "
-                "--full-speed lifts that",
-            )
-    if len(trajectory.joint_names) == len(parameters.joints):
+    planned = trajectory
+    if set(trajectory.joint_names) == {joint.name for joint in parameters.joints}:
+        workspace = Workspace.of(parameters, reduced_speed=not full_speed).with_scene(scene)
+        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
+        planner = Planner(workspace, lambda: [start[joint.name] for joint in parameters.joints])
+        plan = planner.check_trajectory(trajectory, planner.here())
+        planned, notes = plan.trajectory, notes + plan.notes
+    else:
         # Positions of joints that it does not name are known only after homing: then everything
         # is checked again.
-        Workspace.of(parameters).with_scene(scene).surroundings.check(arm, trajectory)
-    return Job(title, source, trajectory, notes, scene)
+        notes += tuple(check(trajectory, parameters.joints))
+    return Job(title, source, trajectory, planned, notes, scene)
 
 
 class _Result(NamedTuple):
@@ -208,14 +208,14 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
             robot.scene = job.scene
         introduce(robot, options, output.line)
         require_acknowledgement(robot, options)
-        output.line(f"trajectory: {job.source}, {job.trajectory.duration:.2f} s")
+        output.line(f"trajectory: {job.source}, {job.planned.duration:.2f} s")
         for note in job.notes:
             output.line(f"note: {note}")
         names = tuple(joint.name for joint in robot.parameters.joints)
         folder = RunFolder.create(
             path,
             names,
-            _HOMING_CYCLES + int(job.trajectory.duration / robot.period),
+            _HOMING_CYCLES + int(job.planned.duration / robot.period),
         )
         _keep_trajectory(folder, job)
         acknowledge_faults(robot, output.line)
@@ -237,7 +237,7 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
                 JointInfo(joint.name, joint.address, joint.unit, firmware)
                 for joint, firmware in zip(robot.parameters.joints, robot.firmware, strict=True)
             ),
-            planned_duration=job.trajectory.duration,
+            planned_duration=job.planned.duration,
             notes=(*overlay_notes(options, parameters), *job.notes, *result.warnings),
             faults=result.faults,
         )
@@ -246,7 +246,7 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
 
 def _keep_trajectory(folder: RunFolder, job: Job) -> None:
     try:
-        write_csv(folder.path / TRAJECTORY, job.trajectory)
+        write_csv(folder.path / TRAJECTORY, job.planned)
     except OSError as error:
         folder.discard()
         raise InvalidArgumentError(
