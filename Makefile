@@ -1,8 +1,8 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
 #   make demo            home the simulated arm and run a planned trajectory
-#   make test            the tests: one process for each core, then those in real time, in two; not those
-#                        on an emulated board, which firmware-check runs
+#   make test            the tests, then those in real time; not those on an emulated board, which
+#                        firmware-check runs
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums

@@ -34,7 +34,7 @@ else:
 
 joint.init()
 try:
-    joint.enable()  # turns the motor by a degree to check the encoder and its direction
+    joint.enable()  # turns the motor by two to three degrees to check the encoder and its direction
     joint.set_max_acceleration(SHARE * parameters.max_acceleration)
     joint.set_max_velocity(SHARE * parameters.max_velocity)
     for sign in (1, -1):

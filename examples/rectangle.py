@@ -1,4 +1,4 @@
-"""Move the tool around a rectangle with rounded corners, without a stop."""
+"""Move the tool along three sides of a rectangle, with rounded corners, without a stop."""
 
 import sys
 

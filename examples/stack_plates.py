@@ -1,4 +1,4 @@
-"""Move a stack of microplates to another one; Enter pauses and resumes where a person watches."""
+"""Move a stack of microplates to another one; in a terminal, Enter pauses and resumes."""
 
 import math
 import sys
@@ -20,7 +20,7 @@ PLATE = Load(
     touches=("left", "right"),
 )
 BENCH = Frame("bench", Pose(0.0, 0.4, 0.0, math.pi / 2))
-"""x of the bench is away from the arm, and y to its left; often robot.frame("bench")."""
+"""x of the bench is away from the arm, and y to its left; if taught, robot.frame("bench")."""
 SIDES = {"left": 0.12, "right": -0.12}
 """Place of each stack along y of the bench [m]."""
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Home the arm and move it, as a client of ROS 2; what the spawner and ``ros2`` do elsewhere.
+"""Home the arm and move it, as a client of ROS 2, with the calls of the spawner and ``ros2``.
 
 Needs ``bioscara ros`` with the usual controllers, which is that without arguments of ROS:
 
@@ -113,7 +113,7 @@ class FirstMotion(Node):
             self._trigger.publish(
                 DynamicInterfaceGroupValues(interface_groups=[joint], interface_values=[value])
             )
-            self.wait(lambda joint=joint: self.homed[joint], f"{joint} to be homed", 180.0)  # type: ignore[misc]
+            self.wait(lambda joint=joint: self.homed[joint], f"{joint} to be homed", 300.0)  # type: ignore[misc]
 
     def follow(self, *points: tuple[tuple[float, ...], float]) -> None:
         """Follow a trajectory through points, each with its time [s]."""

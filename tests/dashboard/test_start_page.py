@@ -41,6 +41,15 @@ def test_a_page_of_another_version_gives_control_back_and_can_be_loaded_again(
     wait_for_state(page, "no-lease")
 
 
+def test_a_page_that_a_restart_has_signed_out_does_not_say_that_stop_works(page: Page) -> None:
+    page.context.clear_cookies()
+    page.route("**/session", lambda route: route.fulfill(json={"scope": "", "assets": "0123"}))
+    page.evaluate("bioscara.connection.renew()")
+    wait_for_state(page, "signed-out")
+    expect(page.locator("#identity")).to_contain_text("Open the address with the token again.")
+    page.errors[:] = [each for each in page.errors if "401" not in each and "WebSocket" not in each]  # type: ignore[attr-defined]
+
+
 def test_a_page_whose_session_has_ended_says_so_and_asks_no_more(page: Page) -> None:
     page.context.clear_cookies()
     page.evaluate("bioscara.connection.renew()")

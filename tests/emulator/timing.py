@@ -218,8 +218,8 @@ def main() -> int:
     written, tail = rest.split(END, 1)
     if parser.parse_args().check:
         found = differences(written, measured)
-        for _line in found:
-            pass
+        for line in found:
+            print(line)  # noqa: T201
         return 1 if found else 0
     PAGE.write_text(f"{head}{BEGIN}\n\n{measured}\n\n{END}{tail}")
     return 0

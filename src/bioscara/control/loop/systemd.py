@@ -19,7 +19,7 @@ class Watchdog:
     """Feeds the watchdog of the service whose main process this is.
 
     A service of ``Type=notify`` counts as started with the first feeding; with ``WatchdogSec`` it
-    is restarted when no other follows in time. Sending never blocks and never fails: without
+    is ended when no other follows in time. Sending never blocks and never fails: without
     notifications systemd takes its own action.
 
     Args:

@@ -1,8 +1,8 @@
 """Exchanges with several joints in one bus call: setpoints or velocities, answered by samples.
 
 A joint that fails does not hide the answers of the others: each has its entry in the result, a
-:class:`~bioscara.drivers.JointSample` or the exception raised for it. A single bad cycle is bridged
-with the last sample, marked STALE; the third in a row is a
+:class:`~bioscara.drivers.JointSample` or the exception raised for it. One or two bad cycles in a
+row are bridged with the last sample, marked STALE; the third in a row is a
 :class:`~bioscara.errors.JointLostError`. So is the first in which a version 1 joint does not
 acknowledge; it gets no more cyclic frames until a separate exchange with it succeeds.
 """

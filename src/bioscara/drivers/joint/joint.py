@@ -332,7 +332,8 @@ class Joint:
         Original firmware (version 1) turns and checks nothing here: it compares motor and encoder
         at power-up, and enables a motor that has no supply. A version 2 joint checks by a movement
         of at most 3 degrees of the motor that motor and encoder agree: the first time after it
-        booted, and where friction held the rotor opposite to its field.
+        booted, after a reset of its driver, a fault of its encoder or of this check, and where
+        friction held the rotor opposite to its field.
 
         Args:
             drive_percent: Motor current in motion; None for the configured one.

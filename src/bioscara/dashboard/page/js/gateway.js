@@ -26,11 +26,12 @@ export function watchGateway(arm) {
       const answer = await fetch("session", { signal: AbortSignal.timeout(PATIENCE) });
       if (!answer.ok) return;
       const { scope, assets } = await answer.json();
-      if (assets !== own) {
-        arm.suspend("mismatch", text("gateway.versions", { page: own.slice(0, SHORT), server: String(assets).slice(0, SHORT) }));
-      } else if (!scope) {
+      // First: a restart of the gateway, as for another version, signs the page out, also from STOP.
+      if (!scope) {
         arm.suspend("signed-out", text("error.no_token"));
         connection.end();
+      } else if (assets !== own) {
+        arm.suspend("mismatch", text("gateway.versions", { page: own.slice(0, SHORT), server: String(assets).slice(0, SHORT) }));
       }
     } catch {
       // There is no gateway now: the state of the connection shows that.

@@ -760,7 +760,7 @@ const TEXTS = {
   "bench.bus_loss": "Lost exchanges",
   "bench.expect_bus_loss": "A cycle without an answer is bridged. A joint that misses three in a row is JOINT_LOST; one without a setpoint for 60 ms stops by itself.",
   "bench.bus_stuck": "Bus stuck low",
-  "bench.expect_bus_stuck": "No exchange is possible: BUS_STUCK, the only fault. The joints get no setpoint, stop by themselves within 60 ms, and hold. Recover is refused until the line is free; the joints are then still homed.",
+  "bench.expect_bus_stuck": "No exchange is possible: BUS_STUCK, the only fault. The joints get no setpoint, begin to stop by themselves after 60 ms, and hold. Recover is refused until the line is free; the joints are then still homed.",
 
   // Start page.
   "arms.title": "Arms of this computer",
