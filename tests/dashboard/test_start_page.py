@@ -47,6 +47,7 @@ def test_a_page_that_a_restart_has_signed_out_does_not_say_that_stop_works(page:
     page.evaluate("bioscara.connection.renew()")
     wait_for_state(page, "signed-out")
     expect(page.locator("#identity")).to_contain_text("Open the address with the token again.")
+    # The browser itself reports the refused requests.
     page.errors[:] = [each for each in page.errors if "401" not in each and "WebSocket" not in each]  # type: ignore[attr-defined]
 
 

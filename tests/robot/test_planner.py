@@ -74,7 +74,7 @@ def test_plans_keep_to_any_share_of_the_acceleration(share: float) -> None:
 
 @pytest.mark.parametrize(
     ("velocities", "unusual"),
-    [(None, "jerks at each point"), ([[0.0] * 4, [0.1, 0.0, 0.0, 0.0]], "end is not at rest")],
+    [(None, "jumps at each point"), ([[0.0] * 4, [0.1, 0.0, 0.0, 0.0]], "end is not at rest")],
     ids=["no velocities", "no rest"],
 )
 def test_a_plan_has_notes_on_an_unusual_trajectory(

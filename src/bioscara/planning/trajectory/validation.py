@@ -87,7 +87,7 @@ def _unrest(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
         if len(trajectory.times) == 1:
             return []
         return [
-            "no velocities are given: the arm runs along straight lines and jerks at each point"
+            "no velocities are given: lines join the points, and the velocity jumps at each point"
         ]
     notes = []
     for where, row in (("start", trajectory.velocities[0]), ("end", trajectory.velocities[-1])):
