@@ -34,9 +34,10 @@ from bioscara.errors import (
 from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
-from bioscara.robot.operations.between_cycles import BetweenCycles
+from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
+from bioscara.robot.operations.controllers.follow_goal import FollowGoal, can_be_planned
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
 from bioscara.robot.operations.operation import Operation
 from bioscara.server.clients.client import Client, Later
@@ -245,13 +246,20 @@ class ClientControllers:
         def work() -> int:
             prepared = self._get(name, JointTrajectoryController).prepare(goal)
 
-            def send() -> int:
-                self._require_running(name)
+            def send() -> tuple[int, FollowGoal | None]:
+                run, arm = self._require_running(name), self._arm
                 controller = self._get(name, JointTrajectoryController)
-                handle = controller.send_goal(prepared, self._arm.session.clock.now())
-                return self.goals.add(name, handle)
+                if not can_be_planned(arm, controller, prepared):
+                    handle = controller.send_goal(prepared, arm.session.clock.now())
+                    return self.goals.add(name, handle), None
+                run.following = FollowGoal(arm, controller, prepared)
+                return self.goals.add(name, run.following.handle), run.following
 
-            return self._between(f"a goal for {name}", send)
+            number, following = self._between(f"a goal for {name}", send)
+            if following is not None:
+                # The request is answered meanwhile.
+                threading.Thread(target=following.plan, name="bioscara-goal", daemon=True).start()
+            return number
 
         return Later(work, m.ControllerGoal)
 
@@ -369,9 +377,7 @@ class ClientControllers:
 
     def _between(self, name: str, work: Callable[[], T]) -> T:
         """Call a function between two cycles, in their thread; return its result."""
-        operation = BetweenCycles(name, lambda _: work(), frozenset())
-        self._arm.begin(operation)
-        return operation.result(_PATIENCE)
+        return between_cycles(self._arm, name, work)
 
     def _alone(self, work: Callable[[], T]) -> Callable[[], T]:
         """Return a function that waits for the end of other changes first."""

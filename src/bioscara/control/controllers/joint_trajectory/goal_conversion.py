@@ -36,12 +36,14 @@ class Request(NamedTuple):
         stamp: When it starts [s]; 0 for its first cycle.
         missing: Indices of the joints that it leaves out.
         collision_checked: Whether the whole path from rest is known to be clear.
+        speed: Share of the speed that was asked for.
     """
 
     course: Interpolator
     stamp: float
     missing: frozenset[int]
     collision_checked: bool = False
+    speed: float = 1.0
 
 
 class Curve(NamedTuple):
@@ -103,6 +105,26 @@ def prepare(
         return PreparedTrajectory(trajectory, None, smooth)
     curve = _curve(trajectory, parameters, (), smooth=smooth)
     return PreparedTrajectory(trajectory, curve, smooth)
+
+
+def points_of(
+    prepared: PreparedTrajectory,
+    parameters: JointTrajectoryParameters,
+    commanded: Sequence[float],
+) -> Sequence[Point]:
+    """Return the points of a trajectory in the order of the controller's joints.
+
+    Args:
+        prepared: The trajectory.
+        parameters: The controller's.
+        commanded: Positions of joints that it leaves out, and for integration [rad or m].
+
+    Raises:
+        GoalRejectedError: It ends in motion, which the parameters do not permit.
+    """
+    if prepared.curve is not None:
+        return prepared.curve.points
+    return arranged(prepared.trajectory, parameters, commanded)
 
 
 def accept(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -64,23 +65,26 @@ class ToleranceMonitor:
         joints: Names of the joints.
         tolerances: Of the followed trajectory; those of a goal replace them.
         timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
+        stopped_time: Time for which the joints have to stand within their tolerances [s].
         velocity: Whether the velocity error is meaningful.
 
     Attributes:
         tolerances: Of the followed trajectory.
     """
 
-    __slots__ = ("_joints", "_timeout", "_velocity", "tolerances")
+    __slots__ = ("_arrived", "_joints", "_stopped_time", "_timeout", "_velocity", "tolerances")
 
     def __init__(
         self,
         joints: Sequence[str],
         tolerances: TrajectoryTolerances,
         timeout: float,
+        stopped_time: float,
         *,
         velocity: bool,
     ) -> None:
         self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
+        self._stopped_time, self._arrived = stopped_time, math.inf
         self.tolerances = tolerances
 
     def before_the_end(self, error: Sample, time: float) -> TrajectoryResult | None:
@@ -90,6 +94,7 @@ class ToleranceMonitor:
             error: Desired minus measured.
             time: Time since the trajectory's start [s], for the message.
         """
+        self._arrived = math.inf
         violation = violated(self.tolerances.path, error, velocity=self._velocity)
         if violation is None:
             return None
@@ -100,16 +105,22 @@ class ToleranceMonitor:
             f"{time:.3f} s into the trajectory",
         )
 
-    def after_the_end(self, error: Sample, overtime: float) -> TrajectoryResult | None:
+    def after_the_end(
+        self, error: Sample, overtime: float, *, stopped: bool
+    ) -> TrajectoryResult | None:
         """Return how a trajectory ended after its last point, or None while its end is awaited.
 
         Args:
             error: Desired minus measured.
             overtime: Time since the last point's [s], not negative.
+            stopped: Whether the joints stand, and are sent nothing but the end.
         """
         goal_time = self.tolerances.goal_time
         violation = violated(self.tolerances.goal, error, velocity=self._velocity)
-        if violation is None:
+        if violation is not None or not stopped:
+            self._arrived = math.inf
+        self._arrived = min(self._arrived, overtime)
+        if violation is None and stopped and overtime - self._arrived >= self._stopped_time:
             return TrajectoryResult(
                 GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!"
             )
@@ -122,7 +133,7 @@ class ToleranceMonitor:
         return TrajectoryResult(
             GoalStatus.ABORTED,
             ErrorCode.GOAL_TOLERANCE_VIOLATED,
-            f"{why}: {self._describe(violation)}",
+            f"{why}: {self._describe(violation) if violation else 'the joints do not stand'}",
         )
 
     def _describe(self, violation: Violation) -> str:

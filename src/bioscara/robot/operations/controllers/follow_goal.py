@@ -1,0 +1,162 @@
+"""Goals of clients' trajectory controllers: planned from rest, checked, then followed.
+
+A trajectory of a client may be too fast, jump, or lead into something. A goal whose whole motion
+can be known before it begins is slowed down, averaged and checked, as are the trajectories that
+the arm follows for its own operations; the controller then follows the result.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple, TypeVar
+
+from bioscara.control.controllers.joint_trajectory import (
+    Goal,
+    GoalHandle,
+    JointTrajectory,
+    JointTrajectoryController,
+    PreparedGoal,
+)
+from bioscara.errors import BioscaraError, GoalRejectedError
+from bioscara.planning import Trajectory
+from bioscara.robot.arm import Arm
+from bioscara.robot.operations.between_cycles import between_cycles
+from bioscara.robot.operations.controllers.goal_course import course_of
+from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.workspace import Workspace
+
+T = TypeVar("T")
+
+_PATIENCE = 15.0
+"""Longest time that a goal waits for the arm to come to rest [s]."""
+_NOISE = 2e-3
+"""Distance by which measured positions may differ from one cycle to another [rad or m]."""
+_SLOWER = 1.01
+"""Factor in time from which on the log reports that a goal takes longer."""
+
+
+class _Start(NamedTuple):
+    """Where a goal begins.
+
+    Attributes:
+        positions: Of the joints, in the controller's order [rad or m].
+        workspace: Workspace for which it is planned.
+    """
+
+    positions: tuple[float, ...]
+    workspace: Workspace
+
+
+class FollowGoal:
+    """A goal that is planned once the arm rests, and followed then.
+
+    Created between two cycles.
+
+    Args:
+        arm: The arm.
+        controller: The controller; it accepts the goal.
+        goal: The goal, prepared.
+
+    Attributes:
+        handle: The accepted goal.
+        course: The trajectory that is carried out; None before it begins.
+
+    Raises:
+        GoalRejectedError: The controller cannot follow it.
+    """
+
+    def __init__(self, arm: Arm, controller: JointTrajectoryController, goal: PreparedGoal) -> None:
+        self._arm, self._controller, self._goal = arm, controller, goal
+        self.handle: GoalHandle = controller.accept_goal(goal, arm.session.clock.now())
+        self.course: Trajectory | None = None
+
+    def plan(self) -> None:
+        """Plan the goal and begin it, or end it with the reason; in a thread of its own."""
+        clock = self._arm.session.clock
+        until = clock.now() + _PATIENCE
+        try:
+            while not self.handle.done:
+                start = self._call(self._at_rest)
+                if start is not None:
+                    plan, course = self._planned(start)
+                    if self._call(partial(self._begin, start, plan, course)):
+                        return
+                elif clock.now() > until:
+                    raise GoalRejectedError(f"the arm did not come to rest in {_PATIENCE:g} s")
+        except BioscaraError as error:
+            self._refuse(str(error))
+        except BaseException as error:
+            self._refuse(repr(error))
+            raise
+
+    def _call(self, work: Callable[[], T]) -> T:
+        return between_cycles(self._arm, f"a goal for {self._controller.name}", work)
+
+    def _at_rest(self) -> _Start | None:
+        """Return where the goal begins; None while the arm moves, or if it has ended."""
+        controller, joints = self._controller, self._arm.stack.manager.limiter.joints
+        if (
+            self.handle.done
+            or not controller.at_rest
+            or any(joints[name].speed for name in controller.parameters.joints)
+        ):
+            return None
+        return _Start(controller.commanded, self._arm.workspace)
+
+    def _planned(self, start: _Start) -> tuple[Plan, PreparedGoal]:
+        arm, names = self._arm, self._controller.parameters.joints
+        planner = Planner(start.workspace, arm.positions)
+        trajectory = course_of(
+            names,
+            self._controller.arranged(self._goal, start.positions),
+            start.positions,
+            [arm.stack.arm.limits[name] for name in names],
+        )
+        here = dict(zip(names, start.positions, strict=True))
+        plan = planner.check_trajectory(trajectory, [here[name] for name in planner.joint_names])
+        goal = Goal(JointTrajectory.of(plan.trajectory), collision_checked=True)
+        return plan, self._controller.prepare(goal)
+
+    def _begin(self, start: _Start, plan: Plan, course: PreparedGoal) -> bool:
+        """Begin it where it was planned; return whether that, or its end, is done."""
+        now = self._at_rest()
+        if self.handle.done:
+            return True
+        if (
+            now is None
+            or now.workspace is not start.workspace
+            or math.dist(now.positions, start.positions) > _NOISE
+        ):
+            return False
+        controller, trajectory = self._controller, plan.trajectory
+        asked = self._goal.goal.trajectory.points[-1].time
+        factor = trajectory.duration / asked if asked else 1.0
+        if factor > _SLOWER:
+            self._arm.stack.supervisor.warnings.append(
+                f"{controller.name}: the goal takes {trajectory.duration:.2f} s instead of "
+                f"{asked:.2f} s, as the speed is limited and jumps are averaged"
+            )
+        controller.begin(self.handle, course, min(1.0 / factor, 1.0), self._arm.session.clock.now())
+        self.course = trajectory
+        return True
+
+    def _refuse(self, reason: str) -> None:
+        self._call(lambda: self._controller.refuse(self.handle, reason))
+
+
+def can_be_planned(arm: Arm, controller: JointTrajectoryController, goal: PreparedGoal) -> bool:
+    """Return whether the whole motion of a goal is known before it begins.
+
+    It is not where the goal has a stamp, the controller lacks joints of the arm or outputs points
+    without a curve between them, or points have different fields.
+    """
+    parameters, trajectory = controller.parameters, goal.goal.trajectory
+    given = {tuple(map(bool, point[1:])) for point in trajectory.points}
+    return (
+        not trajectory.stamp
+        and {axis.name for axis in arm.stack.arm.axes} == set(parameters.joints)
+        and parameters.interpolation_method == "splines"
+        and len(given) == 1
+    )
