@@ -86,7 +86,7 @@ class ClientControllers:
         self._arm, self._admission = arm, admission
         self._run: RunControllers | None = None
         # One call at a time changes controllers or hardware, as in ros2_control.
-        self._changing = threading.Lock()
+        self._changing, self._jaws = threading.Lock(), threading.Lock()
         self._uploads = _PointUploads()
         self.goals = ControllerGoals()
         self.handlers: Mapping[type[m.Command], Handler] = {
@@ -189,8 +189,7 @@ class ClientControllers:
             raise _EndedError
         if run.claim.stopped:
             raise run.claim.refuse(_SWITCHING)
-        stack = self._arm.stack
-        return switch(stack, self._arm.session.clock.now(), *request)
+        return run.switch(self._arm, *request)
 
     def _switch_idle(self, request: Any) -> Switch:
         """Switch controllers that command nothing."""
@@ -282,13 +281,14 @@ class ClientControllers:
     def _move_gripper(self, _: Client, command: m.SendGripperGoal, __: int) -> Later:
         name = command.controller
 
-        def send() -> int:
-            run = self._require_running(name)
-            controller = self._get(name, GripperActionController)
-            handle = send_gripper_goal(self._arm, run, controller, command.goal)
-            return self.goals.add(name, handle)
+        def work() -> int:
+            with self._jaws:
+                run = self._require_running(name)
+                controller = self._get(name, GripperActionController)
+                handle = send_gripper_goal(self._arm, run, controller, command.goal)
+                return self._between(f"a goal for {name}", lambda: self.goals.add(name, handle))
 
-        return Later(lambda: self._between(f"a goal for {name}", send), m.ControllerGoal)
+        return Later(work, m.ControllerGoal)
 
     def _trigger(self, _: Client, command: m.TriggerHoming, __: int) -> Later:
         name = command.controller

@@ -227,7 +227,8 @@ def test_the_speed_override_and_the_scaling_of_a_controller_multiply(left: Site)
     begin = left.newest.time
     goal = left.follow(POSITION_JTC, time=2.0)
     left.moving()
-    eventually(lambda: left.newest.controllers[0].scaling == pytest.approx(0.25))  # type: ignore[union-attr]
+    # And with the share by which the speed limit slows the goal down.
+    eventually(lambda: 0.1 < left.newest.controllers[0].scaling < 0.25)  # type: ignore[union-attr]
     assert left.ended(goal).status == "succeeded"
     assert left.newest.time - begin > 7.0
     with pytest.raises(GoalRejectedError, match="negative"):
@@ -268,7 +269,7 @@ def test_velocities_with_gains_follow_a_goal() -> None:
         assert left.positions[0] - before[0] == pytest.approx(STEP[0], abs=5e-3)
         with pytest.raises(ConfigurationError, match=r"gains\.j9"):
             left.robot.controllers.set_gains(VELOCITY_JTC, "j9", gains)
-        goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=6.0)
+        goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=3.0)
         left.moving()
         left.robot.stop()
         assert left.ended(goal).status == "aborted"

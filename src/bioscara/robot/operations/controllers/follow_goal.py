@@ -33,6 +33,8 @@ _PATIENCE = 15.0
 """Longest time that a goal waits for the arm to come to rest [s]."""
 _NOISE = 2e-3
 """Distance by which measured positions may differ from one cycle to another [rad or m]."""
+_AT_REST = 1e-3
+"""Share of its highest speed below which a joint counts as not moved."""
 _SLOWER = 1.01
 """Factor in time from which on the log reports that a goal takes longer."""
 
@@ -96,12 +98,8 @@ class FollowGoal:
 
     def _at_rest(self) -> _Start | None:
         """Return where the goal begins; None while the arm moves, or if it has ended."""
-        controller, joints = self._controller, self._arm.stack.manager.limiter.joints
-        if (
-            self.handle.done
-            or not controller.at_rest
-            or any(joints[name].speed for name in controller.parameters.joints)
-        ):
+        controller = self._controller
+        if self.handle.done or not controller.at_rest or moving_joint(self._arm) is not None:
             return None
         return _Start(controller.commanded, self._arm.workspace)
 
@@ -144,6 +142,22 @@ class FollowGoal:
 
     def _refuse(self, reason: str) -> None:
         self._call(lambda: self._controller.refuse(self.handle, reason))
+
+
+def moving_joint(arm: Arm) -> str | None:
+    """Return the name of a joint of the arm that is commanded to move; None if there is none.
+
+    The residual velocities of a control loop do not count.
+    """
+    joints = arm.stack.manager.limiter.joints.items()
+    return next(
+        (
+            name
+            for name, joint in joints
+            if joint.commanded and abs(joint.speed) > _AT_REST * joint.max_velocity
+        ),
+        None,
+    )
 
 
 def can_be_planned(arm: Arm, controller: JointTrajectoryController, goal: PreparedGoal) -> bool:

@@ -105,6 +105,16 @@ class RunControllers(Operation[None]):
             lambda: stack.supervisor.stopper.at_rest(clock.now(), since), Phase.CONTROLLERS
         )
 
+    def switch(
+        self, arm: Arm, activate: Sequence[str], deactivate: Sequence[str], strictness: Strictness
+    ) -> Switch:
+        """Switch further controllers; arguments and errors as of :func:`switch`."""
+        switched = switch(arm.stack, arm.session.clock.now(), activate, deactivate, strictness)
+        for controller in switched.deactivate:
+            # Also of one that was activated again at once.
+            self._scalings.pop(controller.name, None)
+        return switched
+
     def set_scaling(self, controller: JointTrajectoryController, factor: float) -> None:
         """Choose the share of the planned speed of a controller, until it is deactivated.
 
