@@ -112,10 +112,26 @@ class FollowGoal:
             start.positions,
             [arm.stack.arm.limits[name] for name in names],
         )
+        self._require_reach(trajectory)
         here = dict(zip(names, start.positions, strict=True))
         plan = planner.check_trajectory(trajectory, [here[name] for name in planner.joint_names])
         goal = Goal(JointTrajectory.of(plan.trajectory), collision_checked=True)
         return plan, self._controller.prepare(goal)
+
+    def _require_reach(self, trajectory: Trajectory) -> None:
+        """Raise if a joint whose velocity alone is commanded cannot get to the end of a goal."""
+        stack, names = self._arm.stack, trajectory.joint_names
+        for name, end in zip(names, trajectory.positions[-1].tolist(), strict=True):
+            limits, joint = stack.arm.limits[name], stack.manager.limiter.joints[name]
+            kept = joint.distance_kept(stack.loop.period)
+            reach = limits.lower + kept, limits.upper - kept
+            tolerance = self._controller.parameters.constraints.of(name).goal
+            if kept > tolerance and not reach[0] - tolerance <= end <= reach[1] + tolerance:
+                raise GoalRejectedError(
+                    f"{name} ends at {end:.4f} {limits.unit}; under velocities alone it gets to "
+                    f"{reach[0]:.4f} .. {reach[1]:.4f} {limits.unit}: end within these, or use a "
+                    "controller of positions"
+                )
 
     def _begin(self, start: _Start, plan: Plan, course: PreparedGoal) -> bool:
         """Begin it where it was planned; return whether that, or its end, is done."""
