@@ -37,7 +37,7 @@ from bioscara.robot.operations.arbiter import ARM, GRIPPER
 from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
-from bioscara.robot.operations.controllers.follow_goal import FollowGoal, can_be_planned
+from bioscara.robot.operations.controllers.follow_goal import FollowGoal, can_be_planned, slowed
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
 from bioscara.robot.operations.operation import Operation
 from bioscara.server.clients.client import Client, Later
@@ -243,12 +243,17 @@ class ClientControllers:
         goal = replace(command.goal, trajectory=trajectory, collision_checked=False)
 
         def work() -> int:
-            prepared = self._get(name, JointTrajectoryController).prepare(goal)
+            arm, controller = self._arm, self._get(name, JointTrajectoryController)
+            prepared = controller.prepare(goal)
+            planned = can_be_planned(arm, controller, prepared)
+            if not planned:
+                slower, speed = slowed(arm, controller, goal.trajectory)
+                prepared = controller.prepare(replace(goal, trajectory=slower), speed)
 
             def send() -> tuple[int, FollowGoal | None]:
-                run, arm = self._require_running(name), self._arm
+                run = self._require_running(name)
                 controller = self._get(name, JointTrajectoryController)
-                if not can_be_planned(arm, controller, prepared):
+                if not planned:
                     handle = controller.send_goal(prepared, arm.session.clock.now())
                     return self.goals.add(name, handle), None
                 run.following = FollowGoal(arm, controller, prepared)
@@ -267,7 +272,9 @@ class ClientControllers:
         trajectory = self._uploads.completed(command.upload, command.trajectory)
 
         def work() -> None:
-            prepared = self._get(name, JointTrajectoryController).prepare_trajectory(trajectory)
+            controller = self._get(name, JointTrajectoryController)
+            slower, speed = slowed(self._arm, controller, trajectory)
+            prepared = controller.prepare_trajectory(slower, speed)
 
             def send() -> None:
                 self._require_running(name)

@@ -225,14 +225,19 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             raise ConfigurationError(f"gains.{joint}: {self.name} has {', '.join(joints)}")
         self._pids[joints.index(joint)].gains = gains
 
-    def prepare(self, goal: Goal) -> PreparedGoal:
+    def prepare(self, goal: Goal, speed: float = 1.0) -> PreparedGoal:
         """Check the form of a goal, in any thread: with many points that takes some cycles.
+
+        Args:
+            goal: The goal.
+            speed: Share of the speed that was asked for, which its trajectory has; reported only.
 
         Raises:
             GoalRejectedError: It cannot be followed.
         """
         goal = plain_goal(goal)
-        return PreparedGoal(goal, prepare(goal.trajectory, self.parameters))
+        trajectory = prepare(goal.trajectory, self.parameters)._replace(speed=speed)
+        return PreparedGoal(goal, trajectory)
 
     @property
     def commanded(self) -> tuple[float, ...]:
@@ -240,17 +245,19 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._active()
         return self._handles.commanded()
 
-    def arranged(self, goal: PreparedGoal, positions: Sequence[float]) -> Sequence[Point]:
-        """Return the points of a goal with a value for each joint, in the controller's order.
+    def arranged(
+        self, trajectory: PreparedTrajectory, positions: Sequence[float]
+    ) -> Sequence[Point]:
+        """Return the points of a trajectory with a value for each joint, in the controller's order.
 
         Args:
-            goal: The goal.
+            trajectory: The trajectory.
             positions: Those of joints that it leaves out, and for integration [rad or m].
 
         Raises:
             GoalRejectedError: It ends in motion, which the parameters do not permit.
         """
-        return points_of(goal.trajectory, self.parameters, positions)
+        return points_of(trajectory, self.parameters, positions)
 
     def send_goal(self, goal: Goal | PreparedGoal, time: float) -> GoalHandle:
         """Accept a goal; a running one ends ABORTED.
@@ -284,13 +291,12 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self._stop(sampler, time)
         return self._replace(goal.goal, GoalStatus.ACCEPTED)
 
-    def begin(self, handle: GoalHandle, course: PreparedGoal, speed: float, time: float) -> None:
+    def begin(self, handle: GoalHandle, course: PreparedGoal, time: float) -> None:
         """Begin an accepted goal on its course, at rest; one that has ended is left alone.
 
         Args:
             handle: The goal.
             course: As it is to be carried out, from the commanded positions on, prepared.
-            speed: Share of the speed that was asked for.
             time: Now [s].
 
         Raises:
@@ -298,7 +304,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         """
         if handle.status is not GoalStatus.ACCEPTED:
             return
-        self._active().waiting = self._request(course, time)._replace(speed=speed)
+        self._active().waiting = self._request(course, time)
         handle.status = GoalStatus.EXECUTING
 
     def refuse(self, handle: GoalHandle, reason: str) -> None:
@@ -327,16 +333,15 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self.goal = GoalHandle(goal, status)
         return self.goal
 
-    def prepare_trajectory(self, trajectory: JointTrajectory) -> PreparedTrajectory:
-        """Check the form of a trajectory without a goal, in any thread, as :meth:`prepare`.
-
-        Raises:
-            GoalRejectedError: It cannot be followed.
-        """
+    def prepare_trajectory(
+        self, trajectory: JointTrajectory, speed: float = 1.0
+    ) -> PreparedTrajectory:
+        """Check the form of a trajectory without a goal, otherwise as :meth:`prepare`."""
         trajectory, upsampling = plain(trajectory), self.parameters.positions_upsampling
         if upsampling.enable:
             trajectory = timed(trajectory, upsampling.policy_frequency)
-        return prepare(trajectory, self.parameters, smooth=upsampling.enable)
+        prepared = prepare(trajectory, self.parameters, smooth=upsampling.enable)
+        return prepared._replace(speed=speed)
 
     def send_trajectory(
         self, trajectory: JointTrajectory | PreparedTrajectory, time: float

@@ -67,11 +67,13 @@ class PreparedTrajectory(NamedTuple):
         trajectory: As sent.
         curve: Its curve; None if that depends on the positions of the arm.
         smooth: Whether a smooth curve is drawn through points that have positions only.
+        speed: Share of the speed that was asked for.
     """
 
     trajectory: JointTrajectory
     curve: Curve | None
     smooth: bool
+    speed: float = 1.0
 
 
 class PreparedGoal(NamedTuple):
@@ -152,7 +154,7 @@ def accept(
     curve = prepared.curve or _curve(trajectory, parameters, commanded, smooth=prepared.smooth)
     check_limits(curve.points, curve.within, parameters, limits, commanded, measured)
     missing = {index for index, name in enumerate(parameters.joints) if name not in names}
-    return Request(curve.course, trajectory.stamp, frozenset(missing))
+    return Request(curve.course, trajectory.stamp, frozenset(missing), speed=prepared.speed)
 
 
 def _curve(

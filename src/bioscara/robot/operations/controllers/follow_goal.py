@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple, TypeVar
 
@@ -17,13 +19,15 @@ from bioscara.control.controllers.joint_trajectory import (
     GoalHandle,
     JointTrajectory,
     JointTrajectoryController,
+    Point,
     PreparedGoal,
 )
-from bioscara.errors import BioscaraError, GoalRejectedError
+from bioscara.errors import BioscaraError, GoalRejectedError, NotHomedError
 from bioscara.planning import Trajectory
+from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import between_cycles
-from bioscara.robot.operations.controllers.goal_course import course_of
+from bioscara.robot.operations.controllers.goal_course import course_of, within
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.workspace import Workspace
 
@@ -35,8 +39,8 @@ _NOISE = 2e-3
 """Distance by which measured positions may differ from one cycle to another [rad or m]."""
 _AT_REST = 1e-3
 """Share of its highest speed below which a joint counts as not moved."""
-_SLOWER = 1.01
-"""Factor in time from which on the log reports that a goal takes longer."""
+_SLOWER = 0.99
+"""Share of the speed below which the log reports that a goal takes longer."""
 
 
 class _Start(NamedTuple):
@@ -106,17 +110,16 @@ class FollowGoal:
     def _planned(self, start: _Start) -> tuple[Plan, PreparedGoal]:
         arm, names = self._arm, self._controller.parameters.joints
         planner = Planner(start.workspace, arm.positions)
-        trajectory = course_of(
-            names,
-            self._controller.arranged(self._goal, start.positions),
-            start.positions,
-            [arm.stack.arm.limits[name] for name in names],
-        )
+        limits = [arm.stack.arm.limits[name] for name in names]
+        points = self._controller.arranged(self._goal.trajectory, start.positions)
+        trajectory = within(course_of(names, points, start.positions, limits), limits)
         self._require_reach(trajectory)
         here = dict(zip(names, start.positions, strict=True))
         plan = planner.check_trajectory(trajectory, [here[name] for name in planner.joint_names])
         goal = Goal(JointTrajectory.of(plan.trajectory), collision_checked=True)
-        return plan, self._controller.prepare(goal)
+        asked = self._goal.goal.trajectory.points[-1].time
+        speed = min(asked / max(plan.trajectory.duration, asked, 1e-9), 1.0)
+        return plan, self._controller.prepare(goal, speed)
 
     def _require_reach(self, trajectory: Trajectory) -> None:
         """Raise if a joint whose velocity alone is commanded cannot get to the end of a goal."""
@@ -145,19 +148,61 @@ class FollowGoal:
         ):
             return False
         controller, trajectory = self._controller, plan.trajectory
-        asked = self._goal.goal.trajectory.points[-1].time
-        factor = trajectory.duration / asked if asked else 1.0
-        if factor > _SLOWER:
+        speed = course.trajectory.speed
+        if speed < _SLOWER:
             self._arm.stack.supervisor.warnings.append(
                 f"{controller.name}: the goal takes {trajectory.duration:.2f} s instead of "
-                f"{asked:.2f} s, as the speed is limited and jumps are averaged"
+                f"{speed * trajectory.duration:.2f} s, as the speed is limited and jumps are "
+                "averaged"
             )
-        controller.begin(self.handle, course, min(1.0 / factor, 1.0), self._arm.session.clock.now())
+        controller.begin(self.handle, course, self._arm.session.clock.now())
         self.course = trajectory
         return True
 
     def _refuse(self, reason: str) -> None:
-        self._call(lambda: self._controller.refuse(self.handle, reason))
+        # Where the arm has ended meanwhile, so has the goal.
+        with suppress(BioscaraError):
+            self._call(lambda: self._controller.refuse(self.handle, reason))
+
+
+def slowed(
+    arm: Arm, controller: JointTrajectoryController, trajectory: JointTrajectory
+) -> tuple[JointTrajectory, float]:
+    """Return a trajectory that is not planned, slow enough for the limits, and its share of speed.
+
+    The limits are those of raw commands. Its path is kept, as far as it is known: from where the
+    arm was sent to, through its points.
+
+    Args:
+        arm: The arm.
+        controller: The controller, active.
+        trajectory: The trajectory, of checked form.
+    """
+    prepared, here = controller.prepare_trajectory(trajectory), controller.commanded
+    points, space = controller.arranged(prepared, here), arm.workspace
+    if len({tuple(map(bool, point[1:])) for point in points}) > 1:
+        points = [Point(point.time, point.positions) for point in points]
+    names = controller.parameters.joints
+    limits = [arm.stack.arm.limits[name] for name in names]
+    asked = course_of(names, points, here, limits)
+    course = within(asked, limits)
+    if math.isfinite(space.commanded_speed):
+        speed = UNPLANNED_SHARE * space.commanded_speed
+        # Of an arm that is not homed nothing is known about the tool.
+        with suppress(NotHomedError):
+            course, _ = reduced(course, space.kinematics, arm.positions(), speed)
+    factor = course.duration / asked.duration if asked.duration else 1.0
+    if factor <= 1.0:
+        return trajectory, 1.0
+    slower = [
+        point._replace(
+            time=factor * point.time,
+            velocities=tuple([value / factor for value in point.velocities]),
+            accelerations=tuple([value / factor**2 for value in point.accelerations]),
+        )
+        for point in prepared.trajectory.points
+    ]
+    return replace(prepared.trajectory, points=tuple(slower)), 1.0 / factor
 
 
 def moving_joint(arm: Arm) -> str | None:

@@ -23,8 +23,8 @@ def course_of(
 ) -> Trajectory:
     """Return the motion from where the arm rests to the first point, and through all points.
 
-    Where its curve is too fast for a joint, it takes longer as a whole. A first point at time 0 is
-    approached in the time that the joints need for that, and the others come later by as much.
+    A first point at time 0 is approached in the time that the joints need for that, and the others
+    come later by as much.
 
     Args:
         joint_names: The joints.
@@ -49,13 +49,17 @@ def course_of(
         lead = _lead_time(first, here, limits)
         points, times = (start, *points), [0.0, *(lead + time for time in times)]
     moving = bool(first.velocities)
-    trajectory = Trajectory(
+    return Trajectory(
         joint_names,
         times,
         [point.positions for point in points],
         [point.velocities for point in points] if moving else None,
         [point.accelerations for point in points] if moving and first.accelerations else None,
     )
+
+
+def within(trajectory: Trajectory, limits: Sequence[JointLimits]) -> Trajectory:
+    """Return a motion that is slow enough for the joints; as a whole it takes longer."""
     factor = stretch_factor(trajectory, limits)
     return stretched(trajectory, factor) if factor > 1.0 + TOLERANCE else trajectory
 
