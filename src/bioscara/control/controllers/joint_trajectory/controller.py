@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Mapping, Sequence
 
@@ -71,6 +72,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._share = 1.0
         # Whether a cancelled goal waits for the joints to stand, and for how long they have.
         self._cancelled, self._stood = False, 0.0
+        # Times of the points of a goal that is followed on another course than through these [s].
+        self._asked: list[float] = []
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:
@@ -305,6 +308,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if handle.status is not GoalStatus.ACCEPTED:
             return
         self._active().waiting = self._request(course, time)
+        self._asked = [point.time for point in handle.goal.trajectory.points]
         handle.status = GoalStatus.EXECUTING
 
     def refuse(self, handle: GoalHandle, reason: str) -> None:
@@ -329,7 +333,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._monitor.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
         if warning:
             self.warnings.append(f"{self.name}: {warning}")
-        self._cancelled = False
+        self._cancelled, self._asked = False, []
         self.goal = GoalHandle(goal, status)
         return self.goal
 
@@ -360,6 +364,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             trajectory = self.prepare_trajectory(trajectory)
         time = number("the time", time, error=GoalRejectedError)
         sampler.waiting = accept(trajectory, parameters, self._handles, self.limits, time)
+        self._asked = []
         if self._running is None:
             self._monitor.tolerances = self._defaults
 
@@ -390,6 +395,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         sampler, handles = self._active(), self._handles
         actual = handles.measured()
         desired, point = sampler.advance(time, period, actual)
+        if self._asked:
+            point = bisect_right(self._asked, sampler.time * sampler.speed)
         error = handles.error(desired, actual, sampler.pace, time)
         # Feedback(...) takes twice as long.
         feedback = _new(Feedback, (time, sampler.time, point, desired, actual, error))
