@@ -37,7 +37,7 @@ from bioscara.robot.operations.arbiter import ARM, GRIPPER
 from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
-from bioscara.robot.operations.controllers.follow_goal import FollowGoal, can_be_planned, slowed
+from bioscara.robot.operations.controllers.planned_goal import PlannedGoal, can_be_planned, slowed
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
 from bioscara.robot.operations.operation import Operation
 from bioscara.server.clients.client import Client, Later
@@ -250,13 +250,13 @@ class ClientControllers:
                 slower, speed = slowed(arm, controller, goal.trajectory)
                 prepared = controller.prepare(replace(goal, trajectory=slower), speed)
 
-            def send() -> tuple[int, FollowGoal | None]:
+            def send() -> tuple[int, PlannedGoal | None]:
                 run = self._require_running(name)
                 controller = self._get(name, JointTrajectoryController)
                 if not planned:
                     handle = controller.send_goal(prepared, arm.session.clock.now())
                     return self.goals.add(name, handle), None
-                run.following = FollowGoal(arm, controller, prepared)
+                run.following = PlannedGoal(arm, controller, prepared)
                 return self.goals.add(name, run.following.handle), run.following
 
             number, following = self._between(f"a goal for {name}", send)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -241,19 +242,39 @@ def test_the_speed_override_and_the_scaling_of_a_controller_multiply(left: Site)
     assert left.newest.time - begin < 5.0
 
 
-def test_a_client_cannot_declare_its_path_clear(left: Site) -> None:
+@pytest.mark.parametrize("wait", [0.0, 0.5], ids=["planned", "with a stamp"])
+def test_a_client_cannot_declare_its_path_clear(left: Site, wait: float) -> None:
     here = left.robot.state.positions
     x, y, z, _ = left.robot.kinematics.forward((here[0] + 0.6, *here[1:]))
     low, high = (x - 0.03, y - 0.03, z - 0.1), (x + 0.03, y + 0.03, z + 0.1)
     left.robot.scene = Scene((Box("rack", low, high),))
     left.activated(POSITION_JTC)
-    goal = left.follow(POSITION_JTC, (0.6, 0.0, 0.0, 0.0), time=6.0, collision_checked=True)
-    ended = left.ended(goal)
+    trajectory = left.trajectory((0.6, 0.0, 0.0, 0.0), time=6.0)
+    stamp = left.newest.time + wait if wait else 0.0
+    goal = Goal(replace(trajectory, stamp=stamp), collision_checked=True)
+    ended = left.ended(left.robot.controllers.follow(POSITION_JTC, goal))
     assert ended.status == "aborted"
     assert "rack" in ended.text
     eventually(lambda: left.speed < 1e-3)
-    assert left.positions[0] < here[0] + 0.55
+    # A planned one has not begun.
+    assert left.positions[0] < here[0] + (0.55 if wait else 1e-3)
     assert left.robot.faults == ()
+
+
+def test_a_stream_beyond_the_speed_limit_keeps_its_path(left: Site) -> None:
+    left.activated(POSITION_JTC)
+    here, off = left.robot.state.positions, 0.0
+    left.robot.controllers.stream(POSITION_JTC, left.trajectory(time=1.0))
+    left.moving()
+    scalings = set()
+    while left.speed > 1e-3:
+        ways = zip(left.positions, here, STEP, strict=True)
+        share = [(at - begin) / way for at, begin, way in ways]
+        off = max(off, *(abs(each - share[0]) * STEP[0] for each in share))
+        scalings |= {each.scaling for each in left.newest.controllers}  # type: ignore[union-attr]
+    # 78 mrad where each joint is bounded alone.
+    assert off < 0.02
+    assert min(scalings) < 0.7
 
 
 def test_velocities_with_gains_follow_a_goal() -> None:
@@ -271,6 +292,8 @@ def test_velocities_with_gains_follow_a_goal() -> None:
             left.robot.controllers.set_gains(VELOCITY_JTC, "j9", gains)
         goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=3.0)
         left.moving()
+        controller = left.served.robot._arm.stack.manager.controller(VELOCITY_JTC)
+        assert (controller.smooth, controller.collision_checked) == (True, False)
         left.robot.stop()
         assert left.ended(goal).status == "aborted"
         left.at_rest()

@@ -12,7 +12,7 @@ from bioscara.errors import GoalRejectedError, LifecycleError
 from bioscara.planning import Trajectory
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import between_cycles
-from bioscara.robot.operations.controllers.follow_goal import moving_joint
+from bioscara.robot.operations.controllers.planned_goal import moving_joint
 from bioscara.robot.operations.controllers.run_controllers import RunControllers
 from bioscara.robot.operations.motions.homing_order import require_homing_of
 from bioscara.robot.operations.motions.move_gripper import check_along, check_standing

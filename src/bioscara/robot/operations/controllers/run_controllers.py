@@ -19,7 +19,7 @@ from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import HOLD, OWN, Stack
 from bioscara.robot.operations.arbiter import EVERYTHING
-from bioscara.robot.operations.controllers.follow_goal import FollowGoal
+from bioscara.robot.operations.controllers.planned_goal import PlannedGoal
 from bioscara.robot.operations.execution import MotionExecution
 from bioscara.robot.operations.motions.move_gripper import store_width
 from bioscara.robot.operations.operation import Cycles, Operation
@@ -57,7 +57,7 @@ class RunControllers(Operation[None]):
         self._scalings: dict[str, float] = {}
         self.switched: Future[Switch] = Future()
         self.jaws: tuple[GripperActionController, GripperGoalHandle] | None = None
-        self.following: FollowGoal | None = None
+        self.following: PlannedGoal | None = None
         self.when_done(self._end_switch)
 
     def cycles(self, arm: Arm) -> Cycles[None]:

@@ -55,7 +55,7 @@ class _Start(NamedTuple):
     workspace: Workspace
 
 
-class FollowGoal:
+class PlannedGoal:
     """A goal that is planned once the arm rests, and followed then.
 
     Created between two cycles.
