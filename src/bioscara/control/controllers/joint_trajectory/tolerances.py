@@ -120,7 +120,7 @@ class ToleranceMonitor:
         if violation is not None or not stopped:
             self._arrived = math.inf
         self._arrived = min(self._arrived, overtime)
-        if violation is None and stopped and overtime - self._arrived >= self._stopped_time:
+        if violation is None and overtime - self._arrived >= self._stopped_time:
             return TrajectoryResult(
                 GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!"
             )
