@@ -1710,7 +1710,7 @@ MUTANTS = (
     Mutant(
         "jaws of clients are checked along the course of the arm",
         "send_gripper_goal",
-        "check_along(arm, (course,), before)",
+        "check_along(arm, course, before)",
         "pass",
         ("tests/robot/operations/controllers/test_controller_commands.py",),
     ),

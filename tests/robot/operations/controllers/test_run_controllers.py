@@ -47,6 +47,7 @@ from client_controllers import (
     Site,
     parameter_file,
     site,
+    values_of,
 )
 from served import HALF, RawClient, eventually, own_robot
 from simulated import NEAR
@@ -263,15 +264,17 @@ def test_a_client_cannot_declare_its_path_clear(left: Site, wait: float) -> None
 
 def test_a_stream_beyond_the_speed_limit_keeps_its_path(left: Site) -> None:
     left.activated(POSITION_JTC)
-    here, off = left.robot.state.positions, 0.0
+    here, begin = left.robot.state.positions, len(left.samples)
     left.robot.controllers.stream(POSITION_JTC, left.trajectory(time=1.0))
     left.moving()
-    scalings = set()
-    while left.speed > 1e-3:
-        ways = zip(left.positions, here, STEP, strict=True)
-        share = [(at - begin) / way for at, begin, way in ways]
+    eventually(lambda: left.speed < 1e-3)
+    off, scalings = 0.0, set()
+    for sample in left.samples[begin:]:
+        values = values_of(sample)
+        ways = zip(JOINTS, here, STEP, strict=True)
+        share = [(values[f"{joint}/position"] - start) / way for joint, start, way in ways]
         off = max(off, *(abs(each - share[0]) * STEP[0] for each in share))
-        scalings |= {each.scaling for each in left.newest.controllers}  # type: ignore[union-attr]
+        scalings |= {each.scaling for each in sample.controllers}  # type: ignore[union-attr]
     # 78 mrad where each joint is bounded alone.
     assert off < 0.02
     assert min(scalings) < 0.7

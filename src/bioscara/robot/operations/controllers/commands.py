@@ -88,10 +88,10 @@ def send_gripper_goal(
     arm.jaws.announce(width)
     try:
         course = between_cycles(arm, name, lambda: _course(arm, run, controller))
-        if course is None:
-            check_standing(arm, before, width)
+        if course:
+            check_along(arm, course, before)
         else:
-            check_along(arm, (course,), before)
+            check_standing(arm, before, width)
         arm.session.gripper.keep(width)
         return between_cycles(arm, name, lambda: _send(arm, run, controller, goal))
     except BaseException:
@@ -115,17 +115,17 @@ def _send(
 
 def _course(
     arm: Arm, run: RunControllers, controller: GripperActionController
-) -> Trajectory | None:
-    """Return the planned course on which the arm moves; None while it rests.
+) -> tuple[Trajectory, ...]:
+    """Return the planned course on which the arm moves; empty while it rests.
 
     Raises:
         GoalRejectedError: It moves otherwise.
     """
     name, following = moving_joint(arm), run.following
-    if following is not None and not following.handle.done and following.course is not None:
+    if following is not None and not following.handle.done and following.course:
         return following.course
     if name is None:
-        return None
+        return ()
     raise GoalRejectedError(
         f"{controller.name}: {name} moves, and on no course that is known beforehand, so that the "
         "stroke of the jaws cannot be checked; send the goal when the arm rests"

@@ -1,57 +1,46 @@
-"""The motion that a goal asks for, from where the arm rests."""
+"""The motion that a goal of a client asks for, and the course on which it is carried out."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from bioscara.control.controllers.joint_trajectory import Point
+from bioscara.control.controllers.joint_trajectory import JointTrajectory, Point
 from bioscara.planning import Trajectory
 from bioscara.planning.limits import JointLimits
+from bioscara.planning.motions.tool_speed import reduced
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
 from bioscara.planning.trajectory.validation import TOLERANCE
+from bioscara.robot.planner import Planner
 
 _AT_FIRST = 1e-4
 """Distance [rad or m] up to which the arm counts as being at the first point."""
 
 
-def course_of(
-    joint_names: Sequence[str],
-    points: Sequence[Point],
-    here: Sequence[float],
-    limits: Sequence[JointLimits],
+def motion_of(
+    joint_names: Sequence[str], points: Sequence[Point], here: Sequence[float]
 ) -> Trajectory:
-    """Return the motion from where the arm rests to the first point, and through all points.
+    """Return the motion from where the joints rest to the first point, and through all points.
 
-    A first point at time 0 is approached in the time that the joints need for that, and the others
-    come later by as much.
+    With a first point at time 0 it begins there.
 
     Args:
         joint_names: The joints.
         points: Points of one form: positions alone, with velocities, or with accelerations too.
         here: Positions of the joints [rad or m].
-        limits: Of the joints, in the same order.
     """
-    first = points[0]
-    nothing = (0.0,) * len(here)
-    start = Point(
-        0.0,
-        tuple(here),
-        nothing if first.velocities else (),
-        nothing if first.accelerations else (),
-    )
-    times = [point.time for point in points]
-    if first.time > 0.0:
-        points, times = (start, *points), [0.0, *times]
+    first, nothing = points[0], (0.0,) * len(here)
+    if first.time:
+        start = Point(
+            0.0, tuple(here), first.velocities and nothing, first.accelerations and nothing
+        )
+        points = (start, *points)
     elif math.dist(first.positions, here) <= _AT_FIRST:
-        points = (first._replace(positions=start.positions), *points[1:])
-    else:
-        lead = _lead_time(first, here, limits)
-        points, times = (start, *points), [0.0, *(lead + time for time in times)]
+        points = (first._replace(positions=tuple(here)), *points[1:])
     moving = bool(first.velocities)
     return Trajectory(
         joint_names,
-        times,
+        [point.time for point in points],
         [point.positions for point in points],
         [point.velocities for point in points] if moving else None,
         [point.accelerations for point in points] if moving and first.accelerations else None,
@@ -64,17 +53,60 @@ def within(trajectory: Trajectory, limits: Sequence[JointLimits]) -> Trajectory:
     return stretched(trajectory, factor) if factor > 1.0 + TOLERANCE else trajectory
 
 
-def _lead_time(first: Point, here: Sequence[float], limits: Sequence[JointLimits]) -> float:
-    """Return a time in which all joints get to the first point without being too fast [s]."""
-    times = []
-    for there, at, limit, speed in zip(
-        first.positions, here, limits, first.velocities or (0.0,) * len(here), strict=True
-    ):
-        distance = abs(there - at)
-        times += [
-            # A cubic is 1.5 times as fast as a line, and accelerates by 6 d / t^2; a quintic less.
-            2.0 * distance / limit.max_velocity,
-            math.sqrt(8.0 * distance / limit.max_acceleration),
-            4.0 * abs(speed) / limit.max_acceleration,
-        ]
-    return max(times)
+def course_of(
+    planner: Planner, points: Sequence[Point], here: Sequence[float]
+) -> tuple[Trajectory, ...]:
+    """Return the course on which a goal is carried out, in one part or two.
+
+    Where several points begin with one that cannot be reached in its time, the arm goes there by a
+    motion of its own, and the others come later by as much. All else that is too fast makes the
+    whole motion slower.
+
+    Args:
+        planner: Planner of the arm.
+        points: Points of one form, of all joints in the planner's order.
+        here: Where the joints rest [rad, m, rad, rad].
+
+    Raises:
+        TrajectoryError: The curve leaves the limits of a joint's position.
+        ZoneError: The path is not free.
+    """
+    first, names = points[0], planner.joint_names
+    if _is_reached(planner, points, here):
+        motion = within(motion_of(names, points, here), planner.workspace.parameters.joints)
+        return (planner.check_trajectory(motion, here).trajectory,)
+    approach = planner.move_joints(first.positions).trajectory
+    if len(points) == 1:
+        return (approach,)
+    later = [point._replace(time=point.time - first.time) for point in points]
+    motion = motion_of(names, later, first.positions)
+    motion = within(motion, planner.workspace.parameters.joints)
+    return approach, planner.check_trajectory(motion, first.positions).trajectory
+
+
+def _is_reached(planner: Planner, points: Sequence[Point], here: Sequence[float]) -> bool:
+    """Return whether the first of several points, or the only one, is reached in its time."""
+    first, space = points[0], planner.workspace
+    if not first.time:
+        return math.dist(first.positions, here) <= _AT_FIRST
+    lead = motion_of(planner.joint_names, points[:1], here)
+    if len(points) == 1:
+        return True
+    if stretch_factor(lead, space.parameters.joints) > 1.0 + TOLERANCE:
+        return False
+    speed = space.commanded_speed
+    return math.isinf(speed) or reduced(lead, planner.kinematics, here, speed)[1] == 1.0
+
+
+def joined_points(parts: Sequence[Trajectory]) -> tuple[Point, ...]:
+    """Return the points of a course, at rest between its parts."""
+    joined: list[Point] = []
+    for part in parts:
+        begin = joined[-1].time if joined else 0.0
+        points = [each._replace(time=begin + each.time) for each in JointTrajectory.of(part).points]
+        if joined:
+            # The shared point has the fields that the curve after it needs.
+            last = joined.pop()
+            points[0] = points[0] if points[0].velocities else last
+        joined += points
+    return tuple(joined)

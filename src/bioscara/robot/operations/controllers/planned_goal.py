@@ -8,7 +8,7 @@ the arm follows for its own operations; the controller then follows the result.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -27,8 +27,13 @@ from bioscara.planning import Trajectory
 from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import between_cycles
-from bioscara.robot.operations.controllers.goal_course import course_of, within
-from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.operations.controllers.goal_course import (
+    course_of,
+    joined_points,
+    motion_of,
+    within,
+)
+from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.workspace import Workspace
 
 T = TypeVar("T")
@@ -67,7 +72,7 @@ class PlannedGoal:
 
     Attributes:
         handle: The accepted goal.
-        course: The trajectory that is carried out; None before it begins.
+        course: The trajectories that are carried out; empty before it begins.
 
     Raises:
         GoalRejectedError: The controller cannot follow it.
@@ -76,7 +81,7 @@ class PlannedGoal:
     def __init__(self, arm: Arm, controller: JointTrajectoryController, goal: PreparedGoal) -> None:
         self._arm, self._controller, self._goal = arm, controller, goal
         self.handle: GoalHandle = controller.accept_goal(goal, arm.session.clock.now())
-        self.course: Trajectory | None = None
+        self.course: tuple[Trajectory, ...] = ()
 
     def plan(self) -> None:
         """Plan the goal and begin it, or end it with the reason; in a thread of its own."""
@@ -86,8 +91,7 @@ class PlannedGoal:
             while not self.handle.done:
                 start = self._call(self._at_rest)
                 if start is not None:
-                    plan, course = self._planned(start)
-                    if self._call(partial(self._begin, start, plan, course)):
+                    if self._call(partial(self._begin, start, *self._planned(start))):
                         return
                 elif clock.now() > until:
                     raise GoalRejectedError(f"the arm did not come to rest in {_PATIENCE:g} s")
@@ -107,36 +111,38 @@ class PlannedGoal:
             return None
         return _Start(controller.commanded, self._arm.workspace)
 
-    def _planned(self, start: _Start) -> tuple[Plan, PreparedGoal]:
-        arm, names = self._arm, self._controller.parameters.joints
-        planner = Planner(start.workspace, arm.positions)
-        limits = [arm.stack.arm.limits[name] for name in names]
-        points = self._controller.arranged(self._goal.trajectory, start.positions)
-        trajectory = within(course_of(names, points, start.positions, limits), limits)
-        self._require_reach(trajectory)
-        here = dict(zip(names, start.positions, strict=True))
-        plan = planner.check_trajectory(trajectory, [here[name] for name in planner.joint_names])
-        goal = Goal(JointTrajectory.of(plan.trajectory), collision_checked=True)
-        asked = self._goal.goal.trajectory.points[-1].time
-        speed = min(asked / max(plan.trajectory.duration, asked, 1e-9), 1.0)
-        return plan, self._controller.prepare(goal, speed)
+    def _planned(self, start: _Start) -> tuple[tuple[Trajectory, ...], PreparedGoal]:
+        """Return the parts of the course, and that as a goal."""
+        controller, names = self._controller, self._controller.parameters.joints
+        asked = controller.arranged(self._goal.trajectory, start.positions)
+        columns = [names.index(axis.name) for axis in self._arm.stack.arm.axes]
+        points = [_in_order(point, columns) for point in asked]
+        here = tuple([start.positions[column] for column in columns])
+        self._require_reach(points[-1].positions)
+        planner = Planner(start.workspace, lambda: here)
+        course = course_of(planner, points, here)
+        trajectory = JointTrajectory(planner.joint_names, joined_points(course))
+        took, wanted = trajectory.points[-1].time, asked[-1].time
+        return course, controller.prepare(
+            Goal(trajectory, collision_checked=True), min(wanted / max(took, 1e-9), 1.0)
+        )
 
-    def _require_reach(self, trajectory: Trajectory) -> None:
+    def _require_reach(self, ends: Sequence[float]) -> None:
         """Raise if a joint whose velocity alone is commanded cannot get to the end of a goal."""
-        stack, names = self._arm.stack, trajectory.joint_names
-        for name, end in zip(names, trajectory.positions[-1].tolist(), strict=True):
-            limits, joint = stack.arm.limits[name], stack.manager.limiter.joints[name]
+        stack = self._arm.stack
+        for axis, end in zip(stack.arm.axes, ends, strict=True):
+            limits, joint = stack.arm.limits[axis.name], stack.manager.limiter.joints[axis.name]
             kept = joint.distance_kept(stack.loop.period)
             reach = limits.lower + kept, limits.upper - kept
-            tolerance = self._controller.parameters.constraints.of(name).goal
+            tolerance = self._controller.parameters.constraints.of(axis.name).goal
             if kept > tolerance and not reach[0] - tolerance <= end <= reach[1] + tolerance:
                 raise GoalRejectedError(
-                    f"{name} ends at {end:.4f} {limits.unit}; under velocities alone it gets to "
-                    f"{reach[0]:.4f} .. {reach[1]:.4f} {limits.unit}: end within these, or use a "
-                    "controller of positions"
+                    f"{axis.name} ends at {end:.4f} {limits.unit}; under velocities alone it gets "
+                    f"to {reach[0]:.4f} .. {reach[1]:.4f} {limits.unit}: end within these, or use "
+                    "a controller of positions"
                 )
 
-    def _begin(self, start: _Start, plan: Plan, course: PreparedGoal) -> bool:
+    def _begin(self, start: _Start, course: tuple[Trajectory, ...], goal: PreparedGoal) -> bool:
         """Begin it where it was planned; return whether that, or its end, is done."""
         now = self._at_rest()
         if self.handle.done:
@@ -147,16 +153,15 @@ class PlannedGoal:
             or math.dist(now.positions, start.positions) > _NOISE
         ):
             return False
-        controller, trajectory = self._controller, plan.trajectory
-        speed = course.trajectory.speed
+        controller, speed = self._controller, goal.trajectory.speed
         if speed < _SLOWER:
+            took = goal.goal.trajectory.points[-1].time
             self._arm.stack.supervisor.warnings.append(
-                f"{controller.name}: the goal takes {trajectory.duration:.2f} s instead of "
-                f"{speed * trajectory.duration:.2f} s, as the speed is limited and jumps are "
-                "averaged"
+                f"{controller.name}: the goal takes {took:.2f} s instead of {speed * took:.2f} s, "
+                "as the speed is limited and jumps are averaged"
             )
-        controller.begin(self.handle, course, self._arm.session.clock.now())
-        self.course = trajectory
+        controller.begin(self.handle, goal, self._arm.session.clock.now())
+        self.course = course
         return True
 
     def _refuse(self, reason: str) -> None:
@@ -184,7 +189,7 @@ def slowed(
         points = [Point(point.time, point.positions) for point in points]
     names = controller.parameters.joints
     limits = [arm.stack.arm.limits[name] for name in names]
-    asked = course_of(names, points, here, limits)
+    asked = motion_of(names, points, here)
     course = within(asked, limits)
     if math.isfinite(space.commanded_speed):
         speed = UNPLANNED_SHARE * space.commanded_speed
@@ -235,3 +240,9 @@ def can_be_planned(arm: Arm, controller: JointTrajectoryController, goal: Prepar
         and parameters.interpolation_method == "splines"
         and len(given) == 1
     )
+
+
+def _in_order(point: Point, columns: Sequence[int]) -> Point:
+    """Return a point with its values in another order."""
+    fields = [tuple([values[each] for each in columns]) if values else () for values in point[1:4]]
+    return Point(point.time, *fields)
