@@ -229,7 +229,7 @@ def test_the_controllers_have_the_gains_and_rules_of_the_existing_arm() -> None:
     )  # fmt: skip
     for joint in JOINTS:
         gains = {name: velocity[f"gains.{joint}.{name}"] for name in ("p", "i", "d")}
-        assert gains == {"p": 0.5, "i": 0.0, "d": 0.0}
+        assert gains == {"p": 5.0, "i": 0.0, "d": 0.0}
         assert velocity[f"gains.{joint}.ff_velocity_scale"] == 1.0
         assert velocity[f"gains.{joint}.antiwindup_strategy"] == "none"
 
@@ -309,5 +309,5 @@ def test_our_trajectory_and_gripper_controllers_take_the_parameters() -> None:
         made = TYPES[MANAGER[f"{name}.type"]]
         parameters: Any = made.PARAMETERS.read(name, load(path)[name]["ros__parameters"])
         if name == TRAJECTORY[0]:
-            assert parameters.gains["j4"].p == 0.5
+            assert parameters.gains["j4"].p == 5.0
             assert parameters.gains["j4"].ff_velocity_scale == 1.0

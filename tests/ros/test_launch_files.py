@@ -291,7 +291,7 @@ def test_a_prefix_reaches_description_components_and_controllers(
     joints = values.get("joints", [values.get("joint")])
     assert set(joints) == controlled
     if file == "bioscara_arm":
-        assert values["gains.left_j3.p"] == 0.5
+        assert values["gains.left_j3.p"] == 5.0
         homing = parameters_of("homing_controller", *files_of(node))
         assert homing["command_interfaces.joints.left_j1.interfaces"] == ["home"]
 
