@@ -1722,6 +1722,13 @@ MUTANTS = (
         ("tests/server/controllers/test_goal_tracking.py",),
     ),
     Mutant(
+        "goals of clients are planned for the widths that the jaws will have",
+        "PlannedGoal._begin",
+        "or now.workspace is not start.workspace",
+        "",
+        ("tests/robot/operations/controllers/test_run_controllers.py",),
+    ),
+    Mutant(
         "streams of clients are slowed down to the speed limit",
         "slowed",
         "if factor <= 1.0:",

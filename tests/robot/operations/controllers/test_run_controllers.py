@@ -35,8 +35,12 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import LifecycleState
+from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Box, Scene
+from bioscara.robot.operations.controllers import planned_goal
+from bioscara.robot.operations.controllers.goal_course import course_of
 from bioscara.robot.operations.controllers.run_controllers import RunControllers
+from bioscara.robot.planner import Planner
 from bioscara.sim import SimulatedArm
 from client_controllers import (
     FORWARD,
@@ -260,6 +264,25 @@ def test_a_client_cannot_declare_its_path_clear(left: Site, wait: float) -> None
     # A planned one has not begun.
     assert left.positions[0] < here[0] + (0.55 if wait else 1e-3)
     assert left.robot.faults == ()
+
+
+def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
+    left: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left.robot.controllers.set_hardware_state("bioscara_gripper", "active")
+    left.activated(POSITION_JTC)
+    arm, widths = left.served.robot._arm, []
+
+    def planned(planner: Planner, *given: Any) -> tuple[Trajectory, ...]:
+        widths.append(planner.workspace.widths)
+        if len(widths) == 1:
+            arm.jaws.announce(0.112)
+        return course_of(planner, *given)
+
+    monkeypatch.setattr(planned_goal, "course_of", planned)
+    assert left.ended(left.follow(POSITION_JTC)).status == "succeeded"
+    assert [high for _, high in widths] == [pytest.approx(0.08), 0.112]
+    arm.jaws.withdraw()
 
 
 def test_a_stream_beyond_the_speed_limit_keeps_its_path(left: Site) -> None:
