@@ -27,6 +27,7 @@ from bioscara.model.tags import (
     JOINT_TAGS,
 )
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
+from tools.description import render
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ROOT / "ros"
@@ -242,8 +243,9 @@ def _values(group: object, tags: Mapping[str, str], indent: str) -> list[str]:
 
 
 def _srdf() -> str:
-    """Return the model's SRDF as that of the scene."""
-    root = _parsed(SRDF)
+    """Return the model's SRDF as that of the scene, which has a table."""
+    source = SRDF.with_name(f"{SRDF.name}.xacro")
+    root = ET.fromstring(render(source, table="true"))  # noqa: S314  comes with the package
     root.set("name", "scene")
     body = ET.tostring(root, encoding="unicode")
     return f'<?xml version="1.0"?>\n<!-- {_GENERATED} -->\n{body}\n'
