@@ -260,8 +260,8 @@ def _joint_limits(parameters: ArmParameters) -> str:
     """Return MoveIt's limits: those of the parameters."""
     lines = [
         f"# {_GENERATED}",
-        f"# At {_VELOCITY_SHARE:g} of its velocity the lift takes 23 s for its whole range, and half",
-        "# of all motions keep to the speed of the tool at which the arm slows any motion down.",
+        f"# At {_VELOCITY_SHARE:g} of its velocity the lift takes 23 s for its whole range, and",
+        "# half of all motions keep to the speed of the tool at which the arm slows any motion down.",
         f"default_velocity_scaling_factor: {_VELOCITY_SHARE}",
         f"default_acceleration_scaling_factor: {_ACCELERATION_SHARE}",
         "joint_limits:",
