@@ -261,7 +261,7 @@ def _joint_limits(parameters: ArmParameters) -> str:
     lines = [
         f"# {_GENERATED}",
         f"# At {_VELOCITY_SHARE:g} of its velocity the lift takes 23 s for its whole range, and",
-        "# half of all motions keep to the speed of the tool at which the arm slows any motion down.",
+        "# half of all motions keep to the speed at which the arm slows any motion down.",
         f"default_velocity_scaling_factor: {_VELOCITY_SHARE}",
         f"default_acceleration_scaling_factor: {_ACCELERATION_SHARE}",
         "joint_limits:",
