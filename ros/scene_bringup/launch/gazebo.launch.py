@@ -29,6 +29,9 @@ MESHES = ("bioscara_arm_description", "bioscara_gripper_descriptions")
 
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments, and the actions that follow from their values."""
+    shares = (get_package_share_directory(package) for package in MESHES)
+    # Mostly it is one folder.
+    folders = dict.fromkeys(os.path.dirname(share) for share in shares)
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -49,12 +52,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "gui", default_value="true", description="Show Gazebo's window; or only simulate."
             ),
-            *(
-                AppendEnvironmentVariable(
-                    "GZ_SIM_RESOURCE_PATH", os.path.dirname(get_package_share_directory(package))
-                )
-                for package in MESHES
-            ),
+            *(AppendEnvironmentVariable("GZ_SIM_RESOURCE_PATH", each) for each in folders),
             OpaqueFunction(function=bring_up),
         ]
     )
