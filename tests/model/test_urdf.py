@@ -113,7 +113,8 @@ def test_srdf_and_urdf_name_the_same_links_and_joints(gripper: str) -> None:
     names = {value for key, value in named if key in {"link1", "link2"}}
     assert names == bodies
     defined = {each.attrib["name"] for each in groups.findall("group")}
-    assert defined == {"left_arm"} | ({"left_gripper"} if gripper == "true" else set())
+    of_gripper = {"left_gripper", "left_arm_gripper"} if gripper == "true" else set()
+    assert defined == {"left_arm"} | of_gripper
     for tag in (*groups.findall("group_state"), *groups.findall("end_effector")):
         assert tag.attrib["group"] in defined
 

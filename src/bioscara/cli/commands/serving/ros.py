@@ -18,7 +18,6 @@ from bioscara.ros.owner_process import OwnerProcess
 
 _BRINGUP = Path(owner_process.__file__).with_name("bringup.yaml")
 """Parameters of the manager and its controllers, where no argument of ROS is given."""
-
 _NEEDED = (
     "rclpy",
     "control_msgs",
@@ -29,6 +28,15 @@ _NEEDED = (
     "tf2_msgs",
     "trajectory_msgs",
 )
+
+
+def own_description() -> str:
+    """Return the description of a node that is given none.
+
+    The robot has the name that it has in the packages of ROS: MoveIt compares it with that of its
+    semantic description.
+    """
+    return URDF.read_text().replace('<robot name="bioscara">', '<robot name="scene">', 1)
 
 
 def run(options: Options) -> int:
@@ -53,10 +61,8 @@ def run(options: Options) -> int:
         arm = DEFAULT if options.bus else owner_name(options)
         arguments, description = options.ros_arguments, ""
         if not arguments:
-            arguments, description = (
-                ["--ros-args", "--params-file", str(_BRINGUP)],
-                URDF.read_text(),
-            )
+            arguments = ["--ros-args", "--params-file", str(_BRINGUP)]
+            description = own_description()
         node = ControllerManagerNode(arm, arguments, description)
         check = None
         if options.bus:
