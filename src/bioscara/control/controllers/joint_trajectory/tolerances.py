@@ -62,26 +62,19 @@ class ToleranceMonitor:
 
     Args:
         joints: Names of the joints.
-        tolerances: Of the followed trajectory; those of a goal replace them.
-        timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
         velocity: Whether the velocity error is meaningful.
 
     Attributes:
         tolerances: Of the followed trajectory.
+        timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
     """
 
-    __slots__ = ("_joints", "_timeout", "_velocity", "tolerances")
+    __slots__ = ("_joints", "_velocity", "timeout", "tolerances")
 
-    def __init__(
-        self,
-        joints: Sequence[str],
-        tolerances: TrajectoryTolerances,
-        timeout: float,
-        *,
-        velocity: bool,
-    ) -> None:
-        self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
-        self.tolerances = tolerances
+    def __init__(self, joints: Sequence[str], *, velocity: bool) -> None:
+        self._joints, self._velocity = tuple(joints), velocity
+        self.timeout = 0.0
+        self.tolerances: TrajectoryTolerances
 
     def before_the_end(self, error: Sample, time: float) -> TrajectoryResult | None:
         """Return how a trajectory ended before its last point, or None while it continues.
@@ -115,8 +108,8 @@ class ToleranceMonitor:
             )
         if 0.0 < goal_time < overtime:
             why = f"Aborted due to goal_time_tolerance exceeding by {overtime - goal_time:.3f} s"
-        elif 0.0 < self._timeout < overtime:
-            why = f"Aborted due to command timeout, {self._timeout:g} s after the last point"
+        elif 0.0 < self.timeout < overtime:
+            why = f"Aborted due to command timeout, {self.timeout:g} s after the last point"
         else:
             return None
         return TrajectoryResult(
