@@ -63,7 +63,7 @@ class Task:
     @property
     def topic(self) -> str:
         """Topic of the controller's trajectories."""
-        return f"/{self.controller}/joint_trajectory"
+        return f"{self.controller}/joint_trajectory"
 
 
 def read_task(parameters: Mapping[str, Any]) -> Task:
