@@ -43,7 +43,7 @@ for number in (signal.SIGINT, signal.SIGTERM):
 files = [sys.argv[place + 1] for place, word in enumerate(sys.argv) if word == "--params-file"]
 texts = [open(path).read() for path in files]
 line = json.dumps([os.path.basename(sys.argv[0]), sys.argv[1:], texts]) + "\\n"
-# In one call, so that nobody reads a part of it.
+# In one call, so that lines of several programs are not mixed.
 file = os.open(os.environ["RECORD"], os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
 os.write(file, line.encode())
 while True:
@@ -83,7 +83,8 @@ class Launched:
 
         def found() -> dict[str, tuple[list[str], list[str]]]:
             record = self.folder / "record"
-            lines = record.read_text().splitlines() if record.exists() else []
+            # The last line may still be written.
+            *lines, _ = record.read_text().split("\n") if record.exists() else [""]
             return {name: (words, texts) for name, words, texts in map(json.loads, lines)}
 
         wait_until(lambda: found().keys() >= {*programs}, f"{programs} in {found()}, {self.log}")
