@@ -76,7 +76,7 @@ class Launched:
 
     def says(self, text: str, limit: float = LIMIT) -> None:
         """Wait until a text is printed."""
-        wait_until(lambda: text in self.log, f"{text} in {self.log}", limit)
+        wait_until(lambda: text in self.log, f"{text} is printed", limit)
 
     def recorded(self, *programs: str) -> dict[str, tuple[list[str], list[str]]]:
         """Wait until these programs were started; return their words and parameter files."""
@@ -87,13 +87,13 @@ class Launched:
             *lines, _ = record.read_text().split("\n") if record.exists() else [""]
             return {name: (words, texts) for name, words, texts in map(json.loads, lines)}
 
-        wait_until(lambda: found().keys() >= {*programs}, f"{programs} in {found()}, {self.log}")
+        wait_until(lambda: found().keys() >= {*programs}, f"{programs} are started")
         return found()
 
     def spawned(self, count: int) -> None:
         """Wait until so many spawners have ended well."""
         done = re.compile(r"\[spawner-\d+\]: process has finished cleanly")
-        wait_until(lambda: len(done.findall(self.log)) == count, f"{count} spawners: {self.log}")
+        wait_until(lambda: len(done.findall(self.log)) == count, f"{count} spawners have ended")
 
     def ros2(self, *words: str) -> str:
         """Return what a command of ``ros2`` prints."""
@@ -146,19 +146,18 @@ def launched(
         started(command, env=environment, stdout=log, stderr=log) as process,
     ):
         made = Launched(process, folder, environment)
-        yield made
-        if ends is None:
-            assert process.poll() is None, made.log
-            # As a terminal: to all programs of the group, beside what launch sends to each.
-            os.killpg(process.pid, signal.SIGINT)
         try:
-            status = process.wait(ENDING)
-        except subprocess.TimeoutExpired:
-            raise AssertionError(f"it has not ended: {made.log}") from None
-        assert status == (ends or 0), made.log
-        assert "Traceback" not in made.log, made.log
-        wait_until(lambda: not _alive(folder), f"the end of {_alive(folder)}: {made.log}")
-    assert not re.findall(r"escalating|SIGTERM|SIGKILL", made.log), made.log
+            yield made
+            if ends is None:
+                assert process.poll() is None
+                # As a terminal: to all programs of the group, beside what launch sends to each.
+                os.killpg(process.pid, signal.SIGINT)
+            assert process.wait(ENDING) == (ends or 0)
+            assert not re.findall(r"Traceback|escalating|SIGTERM|SIGKILL", made.log)
+            wait_until(lambda: not _alive(folder), "all programs have ended")
+        except BaseException as error:
+            error.add_note(f"{made.log}\nstill running: {_alive(folder)}")
+            raise
     # Those of launch itself, for parameters that are no file.
     left = [
         path for path in (folder / "tmp").iterdir() if not path.name.startswith("launch_params")
