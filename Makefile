@@ -2,7 +2,8 @@
 #
 #   make demo            home the simulated arm and run a planned trajectory
 #   make test            the tests, then those in real time; not those on an emulated board, which
-#                        firmware-check runs
+#                        firmware-check runs, and of the launch files of ROS 2 one
+#   make test-all        these, then every launch file with its arguments
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
@@ -34,7 +35,7 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
+.PHONY: demo test test-all launch-tests check lint types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -68,11 +69,20 @@ WITH_ROS2 := $(shell $(PYTHON) -c 'import platform, sys; print(int(sys.platform 
 # One more than the cores: some tests wait.
 WORKERS := $(shell $(PYTHON) -c 'import os; print(1 + (os.cpu_count() or 1))' 2>/dev/null)
 
-test: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.ros2)
+test: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
 	@status=0; \
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
-	$(BIN)/python -m pytest -n 3 --dist worksteal -m realtime --ignore-glob='$(EMULATED)' tests || status=1; \
+	$(BIN)/python -m pytest -n 3 --dist worksteal -rs -m 'realtime and not launch' --ignore-glob='$(EMULATED)' tests || status=1; \
 	exit $$status
+
+test-all:
+	@status=0; \
+	$(MAKE) --no-print-directory test || status=1; \
+	$(MAKE) --no-print-directory launch-tests || status=1; \
+	exit $$status
+
+launch-tests: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
+	@$(BIN)/python -m pytest -n 3 --dist worksteal -rs -m launch tests/ros
 
 check: lint types layers fresh
 
@@ -155,6 +165,18 @@ $(ROS2)/.ros2: $(INTERFACES) pyproject.toml constraints.txt
 	@touch $@
 
 ros2: $(ROS2)/.ros2
+
+# No registry has launch, ros2 and the spawner of ROS 2. The tests use those of an installed ROS, or of wheels
+# in this folder.
+ROS2_WHEELS ?= ../shared/judges/ros
+OF_LAUNCH := $(wildcard $(ROS2_WHEELS)/*.whl)
+.PHONY: $(if $(OF_LAUNCH),$(if $(wildcard $(ROS2)/bin/ros2),,$(ROS2)/.launch))
+
+$(ROS2)/.launch: $(ROS2)/.ros2 $(OF_LAUNCH)
+	@$(if $(OF_LAUNCH),$(ROS2_PIP) install --quiet -c $(ROS2)/constraints.txt osrf-pycommon lark argcomplete packaging \
+	    importlib-metadata catkin_pkg xacro filelock psutil 'setuptools<70')
+	@$(if $(OF_LAUNCH),$(ROS2_PIP) install --quiet --no-deps $(OF_LAUNCH))
+	@touch $@
 
 OFTEN := BIOSCARA_EXAMPLES=1000 BIOSCARA_VALUES_SHARE=1 BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 \
     BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 \

@@ -47,6 +47,10 @@ atexit.register(shutil.rmtree, os.environ["BIOSCARA_RUNTIME"], ignore_errors=Tru
 os.environ.pop("BIOSCARA_ARM", None)
 
 
+_OF_REALTIME = ("realtime", "realtime and not launch", "launch")
+"""Choices of marks that only tests in real time have."""
+
+
 def _names_realtime(module: Path) -> bool:
     """Return whether a module or the conftest beside it has the mark of tests in real time."""
     conftest = module.with_name("conftest.py")
@@ -59,7 +63,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     chosen = config.option.markexpr
     if collection_path.suffix != ".py":
         return None
-    if chosen == "realtime" and not _names_realtime(collection_path):
+    if chosen in _OF_REALTIME and not _names_realtime(collection_path):
         return True
     if chosen == "not realtime":
         return "\npytestmark = pytest.mark.realtime\n" in collection_path.read_text() or None

@@ -1,15 +1,22 @@
-"""The environment with ROS 2 from PyPI and our interface packages, which ``make ros2`` makes."""
+"""The environment with ROS 2 from PyPI and our interface packages, which ``make ros2`` makes.
+
+Where that has no ``ros2 launch``, an installed ROS whose setup.bash was sourced is used instead.
+"""
 
 from __future__ import annotations
 
 import os
 import platform
+import shutil
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
+VENV = ROOT / ".venv-ros2"
+# Read now: tests set the variable, too.
+_SOURCED = "AMENT_PREFIX_PATH" in os.environ and not (VENV / "bin/ros2").exists()
 
 
 def ros_environment(**more: str) -> dict[str, str]:
@@ -24,6 +31,8 @@ def ros_environment(**more: str) -> dict[str, str]:
         "AMENT_PREFIX_PATH",
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE",
     }
+    if _SOURCED:
+        dropped = set()
     kept = {name: value for name, value in os.environ.items() if name not in dropped}
     own = {"ROS_DOMAIN_ID": str(os.getpid() % 100), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     return {**kept, **own, **more}
@@ -32,10 +41,31 @@ def ros_environment(**more: str) -> dict[str, str]:
 def ros_python() -> Path:
     """Return the Python of that environment, or skip the test."""
     named = os.environ.get("BIOSCARA_ROS2_PYTHON")
-    python = Path(named) if named else ROOT / ".venv-ros2" / "bin" / "python"
+    installed = shutil.which("python3") if _SOURCED else None
+    python = Path(named or installed or VENV / "bin" / "python")
     if not python.exists():
         absent("no environment with ROS 2 from PyPI: `make ros2` makes it, on x86-64")
     return python
+
+
+def ros_launch(prefix: Path) -> dict[str, str]:
+    """Return the variables for the programs of ROS, ``ros2`` among them, or skip the test.
+
+    Args:
+        prefix: Where further packages are.
+    """
+    if _SOURCED:
+        own = os.environ["AMENT_PREFIX_PATH"]
+    elif (VENV / "bin/ros2").exists():
+        own = str(VENV)
+    else:
+        absent(
+            "skipped what starts launch files: source the setup.bash of an installed ROS 2 before "
+            "make test, or give make ROS2_WHEELS=FOLDER with wheels of launch, launch_ros, ros2cli "
+            "and controller_manager"
+        )
+    path = f"{VENV / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    return {"PATH": path, "AMENT_PREFIX_PATH": f"{prefix}:{own}"}
 
 
 def absent(what: str) -> NoReturn:

@@ -14,6 +14,7 @@ The arm must be homed and the controller active. Run it with a parameter file:
 from __future__ import annotations
 
 import math
+import signal
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -63,7 +64,7 @@ class Task:
     @property
     def topic(self) -> str:
         """Topic of the controller's trajectories."""
-        return f"/{self.controller}/joint_trajectory"
+        return f"{self.controller}/joint_trajectory"
 
 
 def read_task(parameters: Mapping[str, Any]) -> Task:
@@ -151,6 +152,9 @@ def main() -> int:
     from sensor_msgs.msg import JointState  # noqa: PLC0415
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415
 
+    # launch repeats Ctrl-C, on which the handler of rclpy ends the node; Python's would interrupt
+    # the end itself.
+    signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init()
     node = rclpy.create_node(NODE, automatically_declare_parameters_from_overrides=True)
     log = node.get_logger()
@@ -190,7 +194,7 @@ def main() -> int:
     if task.start:
         node.create_subscription(JointState, "joint_states", check, 10)
     node.create_timer(task.wait, publish)
-    with suppress(KeyboardInterrupt, ExternalShutdownException):
+    with suppress(ExternalShutdownException):
         rclpy.spin(node)
     return 0
 

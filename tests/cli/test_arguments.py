@@ -50,6 +50,8 @@ from processes import environment
         ("simulate --socket s --seed many", "--seed: 'many' is not a whole number"),
         ("flash --joint 7", "--joint is one of 1, 2, 3, 4"),
         ("demo --v1 --bus linux:1", "--v1 applies only to"),
+        ("serve --homed --bus linux:1", "--homed applies only to"),
+        ("ros --homed", "--homed applies only to"),
         ("enable", "enable needs an arm that outlasts this command"),
         ("monitor --bus sim", "bioscara simulate --socket"),
         ("home --arm left --bus sim", "--arm and --bus exclude one another"),

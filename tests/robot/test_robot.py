@@ -32,9 +32,11 @@ from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.connection.devices import simulated_devices
 from bioscara.robot.operations.motions.home import Home
+from bioscara.sim import BenchBus, FirmwareBus
 from flight_records import read_record
-from simulated import simulated_robot
+from simulated import home_error, simulated_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
@@ -261,6 +263,22 @@ def test_sim_names_an_arm_that_is_simulated_in_this_process(tmp_path: Path) -> N
     with Robot.connect("sim", evidence=tmp_path) as robot:
         assert "in this process" in robot.description
         assert len(robot.joints) == 4
+
+
+@pytest.mark.parametrize("v1", [False, True])
+def test_a_simulated_arm_may_start_homed_until_its_joints_restart(v1: bool, tmp_path: Path) -> None:
+    devices = simulated_devices(ARM, v1=v1, seed=3, homed=True)
+    assert isinstance(devices.bus, BenchBus)
+    arm = devices.bus.bench._arm
+    with Robot(**devices._asdict(), parameters=ARM, evidence=tmp_path) as first:
+        assert first.is_homed
+        for joint, position in zip(first.joints, first.state.positions, strict=True):
+            error = home_error(joint.name, v1=v1)
+            assert position == pytest.approx(arm.position(joint.name), abs=error)
+    arm.reset("j3")
+    arm.run(1.0)
+    with Robot(FirmwareBus(arm), arm.clock, ARM, "simulated", evidence=tmp_path) as second:
+        assert [joint.name for joint in second.joints if not joint.is_homed()] == ["j3"]
 
 
 def test_the_jaws_reach_the_commanded_width(homed: Scene, tmp_path: Path) -> None:

@@ -58,9 +58,8 @@ def near(distance: float, *, at: float) -> dict[str, Any]:
 
 def follow(ros: Ros, controller: str, sent: dict[str, Any]) -> int | None:
     """Send a goal; return its number, or none if it was rejected."""
-    number: int | None = ros.do(
-        "goal", type=FOLLOW, name=f"/{controller}/follow_joint_trajectory", goal=sent
-    )
+    name = f"{ros.namespace}/{controller}/follow_joint_trajectory"
+    number: int | None = ros.do("goal", type=FOLLOW, name=name, goal=sent)
     return number
 
 

@@ -1,4 +1,4 @@
-"""Fixtures: the packages in a prefix of links, and a stand-in for ROS."""
+"""Fixtures: the packages in a prefix of links, an arm and the node."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from ros import launch_stand_in
 from ros.rig import Rig, Ros, rig
 from ros.share import make_prefix
 from served import HALF
 
-collect_ignore = ["executor_program.py", "ros_client.py"]
+collect_ignore = ["executor_program.py", "launch_arguments.py", "ros_client.py"]
 """Programs for the Python with the wheels of ROS."""
 
 
@@ -22,10 +21,12 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_prefix(tmp_path_factory.mktemp("prefix"))
 
 
-@pytest.fixture(autouse=True)
-def stand_in(monkeypatch: pytest.MonkeyPatch, prefix: Path) -> None:
-    """Let launch files and xacro find the packages."""
-    launch_stand_in.install(monkeypatch, prefix)
+@pytest.fixture(autouse=True, scope="module")
+def packages_are_found(prefix: Path) -> Iterator[None]:
+    """Let xacro find the packages, by ament_index_python."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMENT_PREFIX_PATH", str(prefix))
+        yield
 
 
 @pytest.hookimpl(wrapper=True)

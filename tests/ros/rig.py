@@ -58,10 +58,14 @@ class Ros:
 
     Args:
         process: Their process.
+
+    Attributes:
+        namespace: That of the node; empty for none.
     """
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self._process = process
+        self.namespace = ""
 
     def do(self, op: str, **arguments: Any) -> Any:
         """Let the clients do something, and return the answer."""
@@ -82,7 +86,7 @@ class Ros:
 
     def manager(self, name: str, /, **request: Any) -> Any:
         """Call a service of the controller manager."""
-        return self.call(manager_type(name), f"{MANAGER}/{name}", **request)
+        return self.call(manager_type(name), f"{self.namespace}{MANAGER}/{name}", **request)
 
     def switch(
         self, activate: Sequence[str] = (), deactivate: Sequence[str] = (), strictness: int = 2

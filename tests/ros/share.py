@@ -24,10 +24,6 @@ GRIPPER = {"gripper_description_package": "bioscara_gripper_descriptions"}
 """Argument of the scene with a gripper."""
 
 
-class PackageNotFoundError(KeyError):
-    """There is no package of that name."""
-
-
 def installed() -> dict[str, dict[str, Path]]:
     """Return the files and folders that each package installs, from its CMake file.
 
@@ -50,17 +46,17 @@ def installed() -> dict[str, dict[str, Path]]:
 def make_prefix(folder: Path) -> Path:
     """Link everything that the packages install into a folder, as an installation has it."""
     for name, places in installed().items():
-        share = folder / "share" / name
-        share.mkdir(parents=True)
-        (share / "package.xml").symlink_to(PACKAGES / name / "package.xml")
+        marker = folder / "share/ament_index/resource_index/packages" / name
+        marker.parent.mkdir(parents=True, exist_ok=True)
+        marker.touch()
+        places[f"share/{name}/package.xml"] = PACKAGES / name / "package.xml"
         for place, source in places.items():
-            goal = folder / place
-            goal.parent.mkdir(parents=True, exist_ok=True)
-            if goal.is_dir():
-                for path in source.iterdir():
-                    (goal / path.name).symlink_to(path)
-            else:
-                goal.symlink_to(source)
+            # Files: ROS does not follow links of folders.
+            files = source.rglob("*.*") if source.is_dir() else [source]
+            for path in files:
+                goal = folder / place / path.relative_to(source)
+                goal.parent.mkdir(parents=True, exist_ok=True)
+                goal.symlink_to(path)
     return folder
 
 

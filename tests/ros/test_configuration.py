@@ -44,12 +44,7 @@ TRAJECTORY = ("velocity_joint_trajectory_controller", "position_joint_trajectory
 @pytest.fixture(scope="module")
 def urdf(prefix: Path) -> ET.Element:
     """Return the description of the arm with its gripper."""
-    # The fixture of the stand-in has the scope of a test.
-    with pytest.MonkeyPatch.context() as patch:
-        from ros import launch_stand_in  # noqa: PLC0415
-
-        launch_stand_in.install(patch, prefix)
-        return scene(prefix)
+    return scene(prefix)
 
 
 def joints_of(group: ET.Element, urdf: ET.Element) -> list[str]:
@@ -315,7 +310,7 @@ def test_rule_6_the_srdf_frees_22_of_28_pairs_and_the_table_from_all_but_the_jaw
 
 def test_the_test_goals_are_within_the_limits() -> None:
     values = parameters_of(
-        "publisher_joint_trajectory_controller",
+        "/**",
         PACKAGES / "bioscara_arm_bringup/config/test_goal_publishers_config.yaml",
     )
     goals = [values[f"{name}.positions"] for name in values["goal_names"]]

@@ -174,24 +174,25 @@ def test_a_prefix_is_before_each_name_but_that_of_the_world(prefix: Path) -> Non
     assert followed == {"left_gripper"}
 
 
-def test_an_arm_of_another_package_takes_the_place_of_ours(prefix: Path, tmp_path: Path) -> None:
+def test_an_arm_of_another_package_takes_the_place_of_ours(
+    prefix: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In the original, arm_description_package chose the folder alone."""
     other = tmp_path / "share/other_description/urdf"
     shutil.copytree(PACKAGES / "bioscara_arm_description/urdf", other)
     shutil.copytree(PACKAGES / "bioscara_arm_description/config", other.parent / "config")
     config = other.parent / "config/bioscara_arm_parameters.yaml"
     config.write_text(config.read_text().replace("max: 3.04647", "max: 1.25"))
-    link = prefix / "share/other_description"
-    link.symlink_to(other.parent)
-    try:
-        for root in (
-            expand(other / "scene.xacro"),
-            scene(prefix, arm_description_package="other_description"),
-        ):
-            (limit,) = root.iterfind("joint[@name='j1']/limit")
-            assert float(limit.attrib["upper"]) == 1.25
-    finally:
-        link.unlink()
+    marker = tmp_path / "share/ament_index/resource_index/packages/other_description"
+    marker.parent.mkdir(parents=True)
+    marker.touch()
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{prefix}:{tmp_path}")
+    for root in (
+        expand(other / "scene.xacro"),
+        scene(prefix, arm_description_package="other_description"),
+    ):
+        (limit,) = root.iterfind("joint[@name='j1']/limit")
+        assert float(limit.attrib["upper"]) == 1.25
 
 
 def test_each_mesh_is_installed_with_the_package_that_names_it(prefix: Path) -> None:

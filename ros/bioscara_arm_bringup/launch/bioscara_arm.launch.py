@@ -44,6 +44,12 @@ ARGUMENTS = [
         description="Drive the simulated arm instead of that on /dev/i2c-1.",
     ),
     DeclareLaunchArgument(
+        "homed",
+        default_value="false",
+        description="Start with homed joints; of the simulated arm only.",
+    ),
+    DeclareLaunchArgument("namespace", default_value="", description="Namespace of all nodes."),
+    DeclareLaunchArgument(
         "robot_controller",
         default_value="velocity_joint_trajectory_controller",
         choices=["velocity_joint_trajectory_controller", "position_joint_trajectory_controller"],
@@ -71,9 +77,7 @@ def generate_launch_description() -> LaunchDescription:
         ]
     )
     config = PathJoinSubstitution([FindPackageShare(PACKAGE), "config"])
-    bringup = PathJoinSubstitution(
-        [FindPackageShare("bioscara_ros"), "launch", "bringup.launch.py"]
-    )
+    bringup = PathJoinSubstitution([FindPackageShare("bioscara_ros"), "launch", "bringup.py"])
     return LaunchDescription(
         [
             *ARGUMENTS,
@@ -89,7 +93,10 @@ def generate_launch_description() -> LaunchDescription:
                     ),
                     "controllers": [LaunchConfiguration("robot_controller"), " homing_controller"],
                     "prefix": LaunchConfiguration("prefix"),
+                    "namespace": LaunchConfiguration("namespace"),
                     "use_mock_hardware": LaunchConfiguration("use_mock_hardware"),
+                    "homed": LaunchConfiguration("homed"),
+                    "arm": "",
                     "rviz": LaunchConfiguration("gui"),
                     "rviz_config": PathJoinSubstitution([package, "rviz", "display.rviz"]),
                     "rqt": "true",

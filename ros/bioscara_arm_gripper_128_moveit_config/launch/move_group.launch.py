@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from moveit_configs_utils import MoveItConfigsBuilder
 
@@ -16,7 +18,7 @@ TASKS = "moveit_task_constructor_capabilities"
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the node."""
+    """Return the argument and the node."""
     config = (
         MoveItConfigsBuilder("scene", package_name=PACKAGE)
         .robot_description(
@@ -35,12 +37,16 @@ def generate_launch_description() -> LaunchDescription:
         parameters.append({"capabilities": "move_group/ExecuteTaskSolutionCapability"})
     return LaunchDescription(
         [
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="Namespace of the node and of the arm's."
+            ),
             Node(
                 package="moveit_ros_move_group",
                 executable="move_group",
+                namespace=LaunchConfiguration("namespace"),
                 parameters=parameters,
                 output="screen",
-            )
+            ),
         ]
     )
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, GroupAction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import PushRosNamespace
 from moveit_configs_utils import MoveItConfigsBuilder
 from moveit_configs_utils.launches import generate_moveit_rviz_launch
 
@@ -10,7 +13,7 @@ PACKAGE = "bioscara_arm_gripper_128_moveit_config"
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the program, with the arguments that MoveIt gives it."""
+    """Return the program, with the arguments that MoveIt gives it, and a namespace."""
     config = (
         MoveItConfigsBuilder("scene", package_name=PACKAGE)
         .robot_description(
@@ -18,4 +21,13 @@ def generate_launch_description() -> LaunchDescription:
         )
         .to_moveit_configs()
     )
-    return generate_moveit_rviz_launch(config)
+    program = generate_moveit_rviz_launch(config)
+    namespace = PushRosNamespace(LaunchConfiguration("namespace"))
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="Namespace of move_group."
+            ),
+            GroupAction([namespace, *program.entities]),
+        ]
+    )

@@ -43,6 +43,7 @@ ARGUMENTS = [
         default_value="false",
         description="Drive the simulated arm instead of that on /dev/i2c-1.",
     ),
+    DeclareLaunchArgument("namespace", default_value="", description="Namespace of all nodes."),
     DeclareLaunchArgument(
         "robot_controller",
         default_value="gripper_controller",
@@ -70,9 +71,7 @@ def generate_launch_description() -> LaunchDescription:
         ]
     )
     config = PathJoinSubstitution([FindPackageShare(PACKAGE), "config"])
-    bringup = PathJoinSubstitution(
-        [FindPackageShare("bioscara_ros"), "launch", "bringup.launch.py"]
-    )
+    bringup = PathJoinSubstitution([FindPackageShare("bioscara_ros"), "launch", "bringup.py"])
     return LaunchDescription(
         [
             *ARGUMENTS,
@@ -88,7 +87,10 @@ def generate_launch_description() -> LaunchDescription:
                     ),
                     "controllers": LaunchConfiguration("robot_controller"),
                     "prefix": LaunchConfiguration("prefix"),
+                    "namespace": LaunchConfiguration("namespace"),
                     "use_mock_hardware": LaunchConfiguration("use_mock_hardware"),
+                    "homed": "false",
+                    "arm": "",
                     "rviz": LaunchConfiguration("gui"),
                     "rviz_config": PathJoinSubstitution([package, "rviz", "display.rviz"]),
                     "rqt": "false",

@@ -10,14 +10,15 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the launch file of the arm with its gripper."""
-    scene = PathJoinSubstitution(
-        [FindPackageShare("scene_bringup"), "launch", "bioscara_arm_gripper128.launch.py"]
-    )
+    """Return the arguments, and the bringup of the scene with their values."""
+    scene = PathJoinSubstitution([FindPackageShare("scene_bringup"), "launch", "scene.py"])
     return LaunchDescription(
         [
             DeclareLaunchArgument(
                 "arm", default_value="arm", description="Name of the served arm."
+            ),
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="Namespace of all nodes."
             ),
             DeclareLaunchArgument(
                 "gui", default_value="true", description="Start RViz and sliders."
@@ -25,8 +26,12 @@ def generate_launch_description() -> LaunchDescription:
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(scene),
                 launch_arguments={
+                    "use_mock_hardware": "false",
+                    "homed": "false",
                     "arm": LaunchConfiguration("arm"),
-                    "gui": LaunchConfiguration("gui"),
+                    "namespace": LaunchConfiguration("namespace"),
+                    "rviz": LaunchConfiguration("gui"),
+                    "rqt": LaunchConfiguration("gui"),
                 }.items(),
             ),
         ]

@@ -10,12 +10,18 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the launch file of the arm with its gripper."""
-    scene = PathJoinSubstitution(
-        [FindPackageShare("scene_bringup"), "launch", "bioscara_arm_gripper128.launch.py"]
-    )
+    """Return the arguments, and the bringup of the scene with their values."""
+    scene = PathJoinSubstitution([FindPackageShare("scene_bringup"), "launch", "scene.py"])
     return LaunchDescription(
         [
+            DeclareLaunchArgument(
+                "homed",
+                default_value="false",
+                description="Start with homed joints; of the simulated arm only.",
+            ),
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="Namespace of all nodes."
+            ),
             DeclareLaunchArgument(
                 "gui", default_value="true", description="Start RViz and sliders."
             ),
@@ -23,7 +29,11 @@ def generate_launch_description() -> LaunchDescription:
                 PythonLaunchDescriptionSource(scene),
                 launch_arguments={
                     "use_mock_hardware": "true",
-                    "gui": LaunchConfiguration("gui"),
+                    "homed": LaunchConfiguration("homed"),
+                    "arm": "",
+                    "namespace": LaunchConfiguration("namespace"),
+                    "rviz": LaunchConfiguration("gui"),
+                    "rqt": LaunchConfiguration("gui"),
                 }.items(),
             ),
         ]

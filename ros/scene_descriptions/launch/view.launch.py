@@ -50,7 +50,7 @@ ARGUMENTS = [
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments, the programs that publish frames, and RViz."""
     package = FindPackageShare(PACKAGE)
-    gui = LaunchConfiguration("gui")
+    gui, namespace = LaunchConfiguration("gui"), LaunchConfiguration("namespace")
     words = [
         part
         for argument in ARGUMENTS
@@ -62,22 +62,28 @@ def generate_launch_description() -> LaunchDescription:
         [
             *ARGUMENTS,
             DeclareLaunchArgument(
+                "namespace", default_value="", description="Namespace of all nodes."
+            ),
+            DeclareLaunchArgument(
                 "gui", default_value="true", description="Start RViz and sliders for the joints."
             ),
             Node(
                 package="robot_state_publisher",
                 executable="robot_state_publisher",
                 parameters=[{"robot_description": ParameterValue(description, value_type=str)}],
+                namespace=namespace,
                 output="both",
             ),
             Node(
                 package="joint_state_publisher_gui",
                 executable="joint_state_publisher_gui",
+                namespace=namespace,
                 condition=IfCondition(gui),
             ),
             Node(
                 package="rviz2",
                 executable="rviz2",
+                namespace=namespace,
                 arguments=["-d", PathJoinSubstitution([package, "rviz", "display.rviz"])],
                 output="log",
                 condition=IfCondition(gui),
@@ -85,6 +91,7 @@ def generate_launch_description() -> LaunchDescription:
             Node(
                 package="joint_state_publisher",
                 executable="joint_state_publisher",
+                namespace=namespace,
                 condition=UnlessCondition(gui),
             ),
         ]

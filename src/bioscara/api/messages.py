@@ -981,20 +981,19 @@ class SetControllerScaling(Command, frozen=True, tag="set_controller_scaling"):
     factor: float
 
 
-class SetControllerGains(Command, frozen=True, tag="set_controller_gains"):
-    """Change the gains of a joint of a trajectory controller; answered by :class:`Done`.
+class SetControllerParameters(Command, frozen=True, tag="set_controller_parameters"):
+    """Change parameters of a trajectory controller that may change; answered by :class:`Done`.
 
     Attributes:
         controller: Name of the controller, which is configured.
-        joint: The joint.
-        gains: By the names of ros2_controllers, such as ``p``; others have their defaults.
+        parameters: By the names of ros2_controllers, each as a whole: those of one joint in
+            ``gains`` are all of its gains, and a joint that is left out has the defaults.
     """
 
     needs_lease: ClassVar[bool] = True
 
     controller: str
-    joint: str
-    gains: dict[str, Any]
+    parameters: dict[str, Any]
 
 
 class QueryController(Query, frozen=True, tag="query_controller"):
@@ -1231,7 +1230,7 @@ AnyCommand = (
     | CommandController
     | CancelControllerGoal
     | SetControllerScaling
-    | SetControllerGains
+    | SetControllerParameters
     | QueryController
     | GetIntrospection
     | AcquireLease

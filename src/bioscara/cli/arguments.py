@@ -148,6 +148,11 @@ def _check(parser: Parser, options: Options) -> None:
     bus = getattr(options, "bus", "sim")
     if getattr(options, "v1", False) and bus != "sim":
         parser.error("--v1 applies only to the arm simulated in this process; leave out --bus")
+    if getattr(options, "homed", False) and bus != "sim":
+        parser.error(
+            "--homed applies only to the arm simulated in this process, with --bus sim; any other "
+            "arm is homed by its joints: leave out --homed, and home it"
+        )
     if options.command in _LASTING and bus == "sim" and options.arm is None:
         parser.error(
             f"{options.command} needs an arm that outlasts this command, and the one simulated in "
@@ -433,6 +438,7 @@ def _add_serve_command(commands: Parser) -> None:
     serve.add_argument(
         "--seed", metavar="N", type=whole_number, default=0, help="seed of the simulation"
     )
+    _add_homed(serve)
 
 
 def _add_owner_commands(commands: Parser) -> None:
@@ -782,6 +788,15 @@ def _add_ros_command(commands: Parser) -> None:
         default="",
         help="own the arm on this bus, 'sim' (simulated) or 'linux:1' (I2C bus 1), instead of "
         "using that of another owner",
+    )
+    _add_homed(ros)
+
+
+def _add_homed(parser: Parser) -> None:
+    parser.add_argument(
+        "--homed",
+        action="store_true",
+        help="start with homed joints; for the arm simulated in this process only",
     )
 
 

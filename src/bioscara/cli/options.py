@@ -25,6 +25,7 @@ class Options(argparse.Namespace):
         bus: Name of the bus.
         arm: Name of the owner whose arm is used or recorded; None for an arm of this process.
         v1: Whether the simulated joints have their original firmware.
+        homed: Whether the joints of the arm simulated in this process are homed at the start.
         parameters: File with the values in which the arm differs from the committed ones, if any.
         words: All arguments after ``bioscara``, as typed.
         acknowledge: Whether to acknowledge the faults that stopped the arm before.
@@ -95,6 +96,7 @@ class Options(argparse.Namespace):
     bus: str
     arm: str | None
     v1: bool
+    homed: bool
     parameters: Path | None
     words: Sequence[str]
     acknowledge: bool

@@ -76,13 +76,16 @@ class Strict:
 
     Args:
         bounds: Further bounds of the values, by their names in the schemas of pydantic.
+
+    Attributes:
+        bounds: As given.
     """
 
     def __init__(self, **bounds: object) -> None:
-        self._bounds = bounds
+        self.bounds = bounds
 
     def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return _with(handler(kind), strict=True, **self._bounds)
+        return _with(handler(kind), strict=True, **self.bounds)
 
 
 class Before:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 from bioscara.api import messages as m
 from bioscara.arguments import function, items, shown
 from bioscara.control.controllers.gripper_messages import GripperGoal
-from bioscara.control.controllers.joint_trajectory import Gains, Goal, JointTrajectory, Point
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.errors import InvalidArgumentError
 from bioscara.planning import Sample
 
@@ -64,10 +64,8 @@ class RemoteControllers:
                 loaded.
             ConfigurationError: A parameter cannot be used.
         """
-        given = {} if parameters is None else parameters
-        if not isinstance(given, Mapping):
-            raise InvalidArgumentError(f"the parameters are {shown(given)}; give a mapping")
-        command = m.LoadController(name=name, type=kind, parameters=dict(given))
+        given = _mapping({} if parameters is None else parameters)
+        command = m.LoadController(name=name, type=kind, parameters=given)
         self._command(command, m.Done)
 
     def configure(self, name: str) -> None:
@@ -231,14 +229,18 @@ class RemoteControllers:
         """
         self._command(m.SetControllerScaling(name, factor), m.Done)
 
-    def set_gains(self, name: str, joint: str, gains: Gains) -> None:
-        """Change the gains of a joint of a trajectory controller.
+    def set_parameters(self, name: str, parameters: Mapping[str, object]) -> None:
+        """Change parameters of a trajectory controller that may change while it is configured.
+
+        Args:
+            name: The controller.
+            parameters: By the names of ros2_controllers, each as a whole: ``gains`` are those of
+                all joints, and ``constraints`` all of them.
 
         Raises:
-            ConfigurationError: It has no such joint.
+            ConfigurationError: One may not change, or has a value that cannot be used.
         """
-        values = asdict(_checked("the gains", gains, Gains))
-        self._command(m.SetControllerGains(name, joint, values), m.Done)
+        self._command(m.SetControllerParameters(name, _mapping(parameters)), m.Done)
 
     def query(self, name: str, time: float) -> Sample:
         """Return the desired state of a trajectory controller at a time.
@@ -281,6 +283,12 @@ class RemoteControllers:
             upload = self._command(part, m.PointsAdded).upload
             points = points[_PART:]
         return upload, replace(given, points=tuple(points))
+
+
+def _mapping(parameters: object) -> dict[str, Any]:
+    if not isinstance(parameters, Mapping):
+        raise InvalidArgumentError(f"the parameters are {shown(parameters)}; give a mapping")
+    return dict(parameters)
 
 
 def _checked(what: str, value: object, kind: type[T]) -> T:

@@ -141,6 +141,7 @@ class Robot:
         *,
         v1: bool | Collection[str] = False,
         seed: int = 0,
+        homed: bool = False,
         rate: int | None = None,
         evidence: Path = FAULTS,
         reduced_speed: bool = True,
@@ -154,6 +155,8 @@ class Robot:
             v1: Whether its joints have their original firmware, as on existing arms; or the names
                 of the joints that have it.
             seed: Seed of all random values in the simulation.
+            homed: Whether an earlier program homed and released the joints, which stand where
+                homing ends; they were just switched on otherwise.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             reduced_speed: Whether the tool keeps to 250 mm/s.
@@ -161,7 +164,7 @@ class Robot:
             pace_motion: Whether motion takes as long as on the arm.
         """
         parameters = load_parameters() if parameters is None else _require_parameters(parameters)
-        devices = simulated_devices(parameters, v1=v1, seed=seed)
+        devices = simulated_devices(parameters, v1=v1, seed=seed, homed=homed)
         return cls(
             **devices._asdict(),
             parameters=parameters,

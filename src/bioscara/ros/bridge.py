@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -30,6 +30,7 @@ class Bridge:
         description: The robot description.
         owner: The connection to the owner of the arm.
         time: Converts times.
+        sections: Parameters in the arguments of the process, by the full name of their node.
         goals: Goals of controllers.
         serial: Callbacks that change controllers: one runs at a time.
         parallel: Callbacks that run in parallel to all others.
@@ -40,6 +41,7 @@ class Bridge:
     description: RobotDescription
     owner: OwnerConnection
     time: ArmTime
+    sections: Mapping[str, frozenset[str]]
     goals: GoalEnds = field(default_factory=GoalEnds)
     serial: Any = field(default_factory=MutuallyExclusiveCallbackGroup)
     parallel: Any = field(default_factory=ReentrantCallbackGroup)

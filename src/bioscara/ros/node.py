@@ -25,6 +25,7 @@ from bioscara.ros.arm_time import ArmTime
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
 from bioscara.ros.controllers.manager_services import ManagerServices
+from bioscara.ros.controllers.parameter_sections import sections
 from bioscara.ros.controllers.parameters import without_effect
 from bioscara.ros.executor import NodeExecutor
 from bioscara.ros.observation import Observation
@@ -75,6 +76,8 @@ class ControllerManagerNode:
             # Of rclpy, for arguments and files that it cannot read.
             text = str(error).partition(", at ")[0]
             raise ConfigurationError(f"ROS refuses the arguments: {text}") from error
+        # Read now: files of launch may be gone when a controller is loaded.
+        self._sections = sections(arguments)
         self._log = self.node.get_logger()
         self._executor = NodeExecutor(_THREADS, self._context, self._callback_failed)
         self._executor.add_node(self.node)
@@ -181,7 +184,9 @@ class ControllerManagerNode:
 
     def _offer(self, description: RobotDescription) -> None:
         """Create the services, now that there are a description and an owner."""
-        bridge = Bridge(self.node, self._executor, description, self._owner, self._time)
+        bridge = Bridge(
+            self.node, self._executor, description, self._owner, self._time, self._sections
+        )
         self._loaded = LoadedControllers(bridge)
         self._observation = Observation(bridge, self._loaded)
         ManagerServices(bridge, self._loaded)

@@ -27,10 +27,11 @@ class OwnerProcess:
         bus: Name of the bus.
         name: Name of the arm.
         rate: Control cycles per second [Hz]; None for the rate that suits the joints.
+        homed: Whether the simulated joints are homed at the start.
     """
 
-    def __init__(self, bus: str, name: str, rate: int | None) -> None:
-        self._words = ["serve", "--bus", bus, "--name", name]
+    def __init__(self, bus: str, name: str, rate: int | None, *, homed: bool = False) -> None:
+        self._words = ["serve", "--bus", bus, "--name", name, *(["--homed"] if homed else [])]
         if rate is not None:
             self._words += ["--rate", str(rate)]
 

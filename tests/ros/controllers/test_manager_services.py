@@ -79,9 +79,13 @@ def test_rule_44_load_takes_the_type_of_the_parameter_and_refuses_what_it_cannot
 def test_undeclared_parameters_files_and_arguments_of_a_spawner_reach_the_controller(
     ros: Ros, ros_rig: Rig
 ) -> None:
-    """``spawner -p FILE --controller-ros-args``: parameters of the manager, then a load."""
+    """``spawner -p FILE --controller-ros-args``: parameters of the manager, then a load.
+
+    As launch writes them, a section for all nodes has what no controller knows.
+    """
     file = ros_rig.folder / "forward.yaml"
     file.write_text(
+        "/**: {ros__parameters: {robot_description: <robot/>, of_others.gain: 1.0}}\n"
         "fallen_back:\n  ros__parameters:\n    joints: [j1, j2]\n    interface_name: velocity\n"
     )
     for given in (
@@ -96,9 +100,17 @@ def test_undeclared_parameters_files_and_arguments_of_a_spawner_reach_the_contro
     (listed,) = ros.manager("list_controllers")["controller"]
     assert listed["required_command_interfaces"] == ["j1/velocity", "j2/velocity"]
     assert listed["update_rate"] == 25
+    assert "of_others.gain: ignored" in ros_rig.log
     # The fallback is checked at activation: it is not loaded.
     energise(ros)
     assert "fallback" in ros.switch(["fallen_back"])["message"]
+    assert ros.manager("unload_controller", name="fallen_back")["ok"]
+    file.write_text(file.read_text() + "    of_nobody: 1.0\n")
+    assert load(ros, "fallen_back")
+    assert not configure(ros, "fallen_back")
+    assert "fallen_back: of_nobody is not a known parameter" in ros_rig.log
+    (refused,) = ros.set_parameters("/fallen_back", of_somebody=1.0)
+    assert "of_somebody: a forward_command_controller" in refused["reason"]
 
 
 def test_a_file_that_is_missing_is_answered(ros: Ros, ros_rig: Rig) -> None:

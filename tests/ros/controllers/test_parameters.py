@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import array
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,8 @@ from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.ros.arm.description import RobotDescription
+from bioscara.ros.controllers.parameter_names import known
+from bioscara.ros.controllers.parameter_sections import sections
 from bioscara.ros.controllers.parameters import for_owner, nested, without_effect
 from ros.share import PACKAGES, parameters_of
 
@@ -174,21 +175,39 @@ def test_a_misspelt_parameter_reaches_the_owner_which_refuses_it(tmp_path: Path)
         TYPES[TRAJECTORY].PARAMETERS.read("a", values)
 
 
-@pytest.mark.parametrize("kind", [TRAJECTORY, HOMING, GRIPPER, BROADCASTER, FORWARD])
-def test_parameters_of_other_types_are_left_out_and_unknown_ones_are_refused(kind: str) -> None:
-    """A section ``/**`` of a file is for all nodes."""
-    name = "controller"
-    flat = {
-        "constraints__goal_time": 3.0,
-        "interface_name": "position",
-        "joints": ["j1"],
-        "max_travel": [1.0],
-        "allow_stalling": True,
-        "use_local_topics": False,
+@pytest.mark.parametrize(
+    ("kind", "own"),
+    [
+        (TRAJECTORY, {"constraints.goal_time", "constraints.j1.goal", "gains.left_j3.p"}),
+        (HOMING, {"max_travel", "command_interfaces.joints.j1.interfaces"}),
+        (GRIPPER, {"allow_stalling"}),
+        (BROADCASTER, {"use_local_topics", "map_interface_to_joint_state.position"}),
+        (FORWARD, {"interface_name"}),
+    ],
+)
+def test_each_type_has_its_parameters_and_those_of_all_nodes(kind: str, own: set[str]) -> None:
+    assert all(known(kind, name) for name in (*own, "use_sim_time", "robot_description"))
+    others = {"constrains.goal_time", "constraints.goal_tim", "constraints", "gains.j1.q"}
+    if kind != TRAJECTORY:
+        others |= {"constraints.goal_time", "gains.j1.p"}
+    assert not any(known(kind, name) for name in others)
+
+
+def test_the_parameters_of_the_arguments_belong_to_nodes_or_to_a_wildcard(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text(
+        "/**: {ros__parameters: {robot_description: '<robot/>'}}\n"
+        "left: {homing: {ros__parameters: {update_rate: 5}}}\n"
+        "homing:\n  ros__parameters:\n"
+        "    command_interfaces:\n"
+        "      joints: [{j1: {interfaces: [home]}}, {j2: {interfaces: [home]}}]\n"
+    )
+    words = ["--ros-args", "-p", "a.b:=1", "--params-file", str(file), "-p", "homing:c:=d:e"]
+    assert sections(words) == {
+        "/**": {"a.b", "robot_description"},
+        "/left/homing": {"update_rate"},
+        "/homing": {f"command_interfaces.joints.j{each}.interfaces" for each in (1, 2)} | {"c"},
     }
-    assert owned(kind, **flat).keys() <= {each.name for each in fields(TYPES[kind].PARAMETERS)}
-    with pytest.raises(ConfigurationError, match="constrains is not a known parameter"):
-        TYPES[kind].PARAMETERS.read(name, owned(kind, **flat, constrains__goal_time=3.0))
 
 
 def test_the_interfaces_of_another_type_are_no_joints_to_home() -> None:

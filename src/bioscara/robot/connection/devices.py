@@ -6,11 +6,11 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import NamedTuple
 
-from bioscara.arguments import text
+from bioscara.arguments import flag, text
 from bioscara.bus import Bus
 from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
-from bioscara.drivers import Gripper, Pwm
+from bioscara.drivers import Gripper, Joint, Pwm
 from bioscara.model import ArmParameters, GripperParameters
 from bioscara.robot.connection.pacing import PacedClock
 
@@ -44,13 +44,21 @@ def _firmware(v1: bool | Collection[str]) -> str:
 
 
 def simulated_devices(
-    parameters: ArmParameters, *, v1: bool | Collection[str], seed: int
+    parameters: ArmParameters, *, v1: bool | Collection[str], seed: int, homed: bool = False
 ) -> Devices:
     """Return the devices of an arm simulated in this process; arguments as ``Robot.simulated``."""
     # Imported here: the compiled firmware is a separate distribution.
-    from bioscara.sim import BenchBus, SimulatedArm  # noqa: PLC0415
+    from bioscara.sim import BenchBus, FirmwareBus, SimulatedArm  # noqa: PLC0415
 
     arm = SimulatedArm(seed=seed, v1=v1)
+    if flag("homed", homed):
+        # As by a program before this one: the joints keep it until they are switched off.
+        bus = FirmwareBus(arm)
+        for each in parameters.joints:
+            joint = Joint(bus, arm.clock, each)
+            joint.init()
+            joint.home()
+            joint.disable()
     clock = PacedClock(arm.clock)
     return Devices(
         BenchBus(arm, int(seed)),

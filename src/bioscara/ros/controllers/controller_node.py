@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -14,6 +14,8 @@ from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.inbox import PATIENCE, Inbox
+from bioscara.ros.controllers.parameter_names import Described, known
+from bioscara.ros.controllers.parameter_sections import sections
 
 
 class ControllerNode:
@@ -23,7 +25,8 @@ class ControllerNode:
         bridge: The common parts of the node.
         name: Name of the controller.
         kind: Its type.
-        arguments: Further arguments of the node, as ``--params-file FILE``.
+        arguments: Further arguments of the node, as ``--params-file FILE``. A parameter that its
+            type does not have is left out, unless it is in the section of this node.
 
     Attributes:
         node: The node.
@@ -54,13 +57,32 @@ class ControllerNode:
         except Exception as error:
             # Of rclpy, for a file that is missing or wrong, arguments, and names.
             raise ConfigurationError(f"the node {name} cannot be made: {error}") from error
+        self._ignored = self._not_its_own(sections(arguments))
+        # Those that were declared with their defaults, which are given by nobody.
+        self._defaults: dict[str, Any] = {}
         self.node.add_on_set_parameters_callback(self._check_parameters)
         bridge.executor.add_node(self.node)
 
     def parameters(self) -> dict[str, Any]:
-        """Return the node's parameters, by their names with dots."""
+        """Return the node's parameters that were given, by their names with dots."""
         found = self.node.get_parameters_by_prefix("")
-        return {name: parameter.value for name, parameter in found.items()}
+        values = {name: parameter.value for name, parameter in found.items()}
+        return {
+            name: value
+            for name, value in values.items()
+            if name not in self._ignored and self._defaults.get(name) != value
+        }
+
+    def declare(self, parameters: Iterable[Described]) -> None:
+        """Declare parameters with their descriptions; those without a value have the default."""
+        for each in parameters:
+            if self.node.has_parameter(each.name):
+                # As a file has it, whole numbers are integers, and could not change to others.
+                value = type(each.default)(self.node.get_parameter(each.name).value)
+                self.node.undeclare_parameter(each.name)
+            else:
+                value = self._defaults[each.name] = each.default
+            self.node.declare_parameter(each.name, value, each.descriptor, ignore_override=True)
 
     def configure(self) -> None:
         """Offer what the controller offers from now on."""
@@ -174,9 +196,25 @@ class ControllerNode:
 
         self._entities.append((destroy, action))
 
+    def _not_its_own(self, given: Mapping[str, frozenset[str]]) -> frozenset[str]:
+        """Return the unknown parameters that are not in its own section, and report them."""
+        node = self.node.get_fully_qualified_name()
+        own = frozenset().union(*(each.get(node, ()) for each in (self.bridge.sections, given)))
+        names = self.node.get_parameters_by_prefix("").keys() - own
+        found = frozenset(name for name in names if not known(self.kind, name))
+        if found:
+            self.node.get_logger().warning(
+                f"{', '.join(sorted(found))}: ignored; a {self.kind} has no such parameter, and "
+                f"the section of {node} does not give it"
+            )
+        return found
+
     def _check_parameters(self, parameters: list[Any]) -> SetParametersResult:
+        unknown = [each.name for each in parameters if not known(self.kind, each.name)]
         reason = ""
-        if self.configured:
+        if unknown:
+            reason = f"{', '.join(unknown)}: a {self.kind} has no such parameter"
+        elif self.configured:
             try:
                 reason = self.changed({each.name: each.value for each in parameters})
             except BioscaraError as error:

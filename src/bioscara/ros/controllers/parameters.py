@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import array
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from typing import Any
 
 from bioscara.arguments import shown
-from bioscara.control.controllers.forward_command_controller import ForwardCommandController
-from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
@@ -17,8 +14,9 @@ from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import JOINTS
 from bioscara.ros.arm.description import GRIPPER_JOINT, RobotDescription
 
-_OF_NODES = frozenset(
+OF_NODES = frozenset(
     {
+        "robot_description",
         "use_sim_time",
         "start_type_description_service",
         "qos_overrides",
@@ -29,9 +27,10 @@ _OF_NODES = frozenset(
         "cpu_affinity",
         "lock_memory",
         "async_parameters",
+        "is_async",
     }
 )
-"""Parameters of nodes and of threads, which no controller here has."""
+"""Parameters of nodes and of threads, and of all nodes of a launch file: no controller has them."""
 _OF_BROADCASTER = frozenset(
     {
         "frame_id",
@@ -130,20 +129,15 @@ def for_owner(kind: str, flat: Mapping[str, Any], description: RobotDescription)
     """
     values = nested({name: value for name, value in flat.items() if value is not None})
     values = description.owners_value(values)
-    for name in (_OF_NODES | _of_other_types(kind)) & values.keys():
+    asynchronous = values.get("is_async", False)
+    for name in OF_NODES & values.keys():
         del values[name]
-    if values.pop("is_async", False):
+    if asynchronous:
         raise ConfigurationError(
             "is_async: there are no asynchronous controllers here; leave it out"
         )
     arranged = _ARRANGED.get(kind)
     return values if arranged is None else arranged(values)
-
-
-def _of_other_types(kind: str) -> set[str]:
-    """Return the parameters that only other types have: a section ``/**`` is for all nodes."""
-    others = (names for other, names in _NAMES.items() if other != kind)
-    return set().union(*others) - _NAMES.get(kind, frozenset())
 
 
 def _trajectory(values: dict[str, Any]) -> dict[str, Any]:
@@ -194,14 +188,9 @@ _ARRANGED: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     JointStateBroadcaster.TYPE: _broadcaster,
 }
 """How the parameters of each type are arranged; others are passed on."""
-_NAMES: dict[str, frozenset[str]] = {
-    kind.TYPE: frozenset(each.name for each in fields(kind.PARAMETERS)) | own
-    for kind, own in (
-        (ForwardCommandController, frozenset[str]()),
-        (GripperActionController, frozenset[str]()),
-        (HomingController, {"command_interfaces", "state_interfaces"}),
-        (JointStateBroadcaster, _OF_BROADCASTER),
-        (JointTrajectoryController, {"command_joints", "state_publish_rate"}),
-    )
+ALSO_KNOWN: dict[str, frozenset[str]] = {
+    HomingController.TYPE: frozenset({"command_interfaces", "state_interfaces"}),
+    JointStateBroadcaster.TYPE: _OF_BROADCASTER,
+    JointTrajectoryController.TYPE: frozenset({"command_joints", "state_publish_rate"}),
 }
-"""Names of the parameters of each type, as files of ROS have them."""
+"""Names of parameters that files of ROS have for a type, beside those of the owner's controller."""

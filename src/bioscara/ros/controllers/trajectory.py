@@ -13,12 +13,16 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
 from trajectory_msgs.msg import JointTrajectory
 
 from bioscara.api import messages as m
-from bioscara.control.controllers.joint_trajectory import Gains
+from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
+    CHANGEABLE,
+    JointTrajectoryParameters,
+)
 from bioscara.errors import BioscaraError
 from bioscara.ros import messages, requests
 from bioscara.ros.controllers import parameters
 from bioscara.ros.controllers.action_goals import ActionGoals
 from bioscara.ros.controllers.controller_node import ControllerNode
+from bioscara.ros.controllers.parameter_names import described
 
 _SCALING = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -28,6 +32,9 @@ class TrajectoryNode(ControllerNode):
 
     def create(self) -> None:
         """Create what ros2_controllers has."""
+        joints = self.parameters().get("joints", ())
+        every = described(JointTrajectoryParameters, tuple(joints))
+        self.declare(each for each in every if _changeable(each.name))
         self._state = self.publisher(
             JointTrajectoryControllerState, "~/controller_state", qos_profile_system_default
         )
@@ -68,20 +75,19 @@ class TrajectoryNode(ControllerNode):
                     handle.publish_feedback(feedback)
 
     def changed(self, parameters_set: Mapping[str, Any]) -> str:
-        """Apply gains, which may change at any time."""
-        gains = {name for name in parameters_set if name.startswith("gains.")}
-        if others := {name: each for name, each in parameters_set.items() if name not in gains}:
-            return super().changed(others)
-        flat = {name: each for name, each in self.parameters().items() if name.startswith("gains.")}
-        table = parameters.nested({**flat, **parameters_set}).get("gains", {})
-        for joint in dict.fromkeys(name.split(".")[1] for name in gains):
-            self._set_gains(joint, table[joint])
+        """Apply parameters that may change at any time."""
+        others = {name: each for name, each in parameters_set.items() if not _changeable(name)}
+        if others and (reason := super().changed(others)):
+            return reason
+        groups = {_group(name) for name in parameters_set.keys() - others.keys()}
+        every = {**self.parameters(), **parameters_set}
+        flat = {name: value for name, value in every.items() if _group(name) in groups}
+        if flat:
+            values = self.bridge.description.owners_value(parameters.nested(flat))
+            self.bridge.owner.command(
+                lambda robot: robot.controllers.set_parameters(self.name, values)
+            )
         return ""
-
-    def _set_gains(self, joint: str, values: Mapping[str, Any]) -> None:
-        gains = Gains.checked(values, lambda _: f"gains.{joint}: ")
-        own = self.bridge.description.owners(joint)
-        self.bridge.owner.command(lambda robot: robot.controllers.set_gains(self.name, own, gains))
 
     def _send(self, request: Any) -> int:
         bridge = self.bridge
@@ -110,3 +116,11 @@ class TrajectoryNode(ControllerNode):
         response.velocity = list(state.velocities)
         response.acceleration = list(state.accelerations)
         return response
+
+
+def _group(name: str) -> str:
+    return name.partition(".")[0]
+
+
+def _changeable(name: str) -> bool:
+    return _group(name) in CHANGEABLE

@@ -63,7 +63,7 @@ _LONG = (
     | m.TriggerHoming
     | m.CancelControllerGoal
     | m.SetControllerScaling
-    | m.SetControllerGains
+    | m.SetControllerParameters
     | m.QueryController
     | m.GetIntrospection
 )

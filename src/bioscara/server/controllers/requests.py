@@ -16,7 +16,6 @@ from bioscara.control.controllers.forward_command_controller import ForwardComma
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_trajectory import (
-    Gains,
     JointTrajectory,
     JointTrajectoryController,
     Point,
@@ -104,7 +103,7 @@ class ClientControllers:
             m.CommandController: self._command,
             m.CancelControllerGoal: self._cancel,
             m.SetControllerScaling: self._set_scaling,
-            m.SetControllerGains: self._set_gains,
+            m.SetControllerParameters: self._set_parameters,
             m.QueryController: self._query,
             m.GetIntrospection: self._introspect,
         }
@@ -340,21 +339,17 @@ class ClientControllers:
 
         return Later(lambda: self._between(f"the scaling of {name}", scale), _done)
 
-    def _set_gains(self, _: Client, command: m.SetControllerGains, __: int) -> Later:
+    def _set_parameters(self, _: Client, command: m.SetControllerParameters, __: int) -> Later:
         name = command.controller
 
         def work() -> None:
-            gains = Gains.checked(command.gains, lambda _: f"{name}: gains.{command.joint}.")
+            controller = self._get(name, JointTrajectoryController, active=False)
+            if controller.state not in (LifecycleState.INACTIVE, LifecycleState.ACTIVE):
+                raise ConfigurationError(f"{name} is not configured; configure it first")
+            parameters = controller.parameters.changed(name, command.parameters)
+            self._between(f"the parameters of {name}", lambda: controller.change(parameters))
 
-            def change() -> None:
-                controller = self._get(name, JointTrajectoryController, active=False)
-                if controller.state not in (LifecycleState.INACTIVE, LifecycleState.ACTIVE):
-                    raise ConfigurationError(f"{name} is not configured; configure it first")
-                controller.set_gains(command.joint, gains)
-
-            self._between(f"the gains of {name}", change)
-
-        return Later(work, _done)
+        return Later(self._alone(work), _done)
 
     def _query(self, _: Client, command: m.QueryController, __: int) -> Later:
         name = command.controller

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from bioscara.control.controllers.joint_trajectory import Gains, GoalStatus, Point
+from bioscara.control.controllers.joint_trajectory import ErrorCode, Gains, GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.pid import Pid
 from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
     JointTrajectoryParameters,
@@ -195,12 +195,31 @@ def test_rule_38_gains_are_read_again_at_run_time(follower: Callable[..., Follow
     arm.send(end)
     arm.run(0.5)
     assert arm.measured == pytest.approx(start, abs=1e-3)
-    for name in NAMES:
-        arm.jtc.set_gains(name, Gains(p=5.0, ff_velocity_scale=1.0))
+    gains = {"p": 5.0, "ff_velocity_scale": 1.0}
+    arm.jtc.change(arm.jtc.parameters.changed("jtc", {"gains": dict.fromkeys(NAMES, gains)}))
     arm.run(2.5)
     assert arm.measured[0] == pytest.approx(end.positions[0], abs=2e-3)
-    with pytest.raises(ConfigurationError, match=r"gains.j9: jtc has j1, j2, j3, j4"):
-        arm.jtc.set_gains("j9", Gains())
+    with pytest.raises(ConfigurationError, match=r"jtc: gains.j9 .*it has j1, j2, j3, j4"):
+        arm.jtc.parameters.changed("jtc", {"gains": {"j9": gains}})
+
+
+def test_constraints_change_at_run_time_and_a_running_goal_keeps_its_own(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(constraints={"goal_time": 0.5})
+    away = Point(0.5, (arm.measured[0] + 0.1, *arm.measured[1:]), NOTHING)
+    first = arm.send(away)
+    arm.run(0.1)
+    strict = {"goal_time": 0.1, "j1": {"trajectory": 1e-6}}
+    arm.jtc.change(arm.jtc.parameters.changed("jtc", {"constraints": strict}))
+    arm.run(1.0)
+    assert first.status is GoalStatus.SUCCEEDED
+    back = Point(0.5, (arm.measured[0] - 0.1, *arm.measured[1:]), NOTHING)
+    second = arm.send(back)
+    arm.run(1.0)
+    assert second.error_code is ErrorCode.PATH_TOLERANCE_VIOLATED
+    with pytest.raises(ConfigurationError, match="joints may not change"):
+        arm.jtc.parameters.changed("jtc", {"joints": ["j1"]})
 
 
 def test_rule_39_the_integral_acts_in_the_next_cycle() -> None:

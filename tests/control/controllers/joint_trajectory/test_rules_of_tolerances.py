@@ -51,7 +51,8 @@ def test_rule_29_a_tolerance_of_0_is_not_checked_and_a_joint_that_moves_has_not_
 
     def at_end(speed: float) -> TrajectoryResult | None:
         error = Sample((9.0, -9.0), (0.0, speed), (9.0, 9.0))
-        monitor = ToleranceMonitor(JOINTS, default, 0.0, 0.0, velocity=True)
+        monitor = ToleranceMonitor(JOINTS, velocity=True)
+        monitor.tolerances = default
         assert monitor.before_the_end(error, 1.0) is None
         return monitor.after_the_end(error, 5.0, stopped=True)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,6 @@ from bioscara.api import messages as m
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
-    Gains,
     Goal,
     GoalHandle,
     GoalStatus,
@@ -309,13 +309,17 @@ def test_velocities_with_gains_follow_a_goal() -> None:
         before = left.positions
         ended = left.ended(left.follow(VELOCITY_JTC))
         assert ended.status == "succeeded"
-        gains = Gains(p=2.0, ff_velocity_scale=1.0)
-        for joint in JOINTS:
-            left.robot.controllers.set_gains(VELOCITY_JTC, joint, gains)
+        gains = {"p": 2.0, "ff_velocity_scale": 1.0}
+        set_parameters = partial(left.robot.controllers.set_parameters, VELOCITY_JTC)
+        set_parameters({"gains": dict.fromkeys(JOINTS, gains)})
         left.passed(2.0)
         assert left.positions[0] - before[0] == pytest.approx(STEP[0], abs=5e-3)
-        with pytest.raises(ConfigurationError, match=r"gains\.j9"):
-            left.robot.controllers.set_gains(VELOCITY_JTC, "j9", gains)
+        for refused, why in (
+            ({"gains": {"j9": gains}}, r"gains\.j9"),
+            ({"joints": ["j1"]}, "joints may not change"),
+        ):
+            with pytest.raises(ConfigurationError, match=why):
+                set_parameters(refused)
         goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=3.0)
         left.moving()
         controller = left.served.robot._arm.stack.manager.controller(VELOCITY_JTC)

@@ -67,6 +67,8 @@ def run(options: Options) -> int:
         check = None
         if options.bus:
             rate = node.parameter("update_rate")
-            check = owner.enter_context(OwnerProcess(options.bus, arm, rate)).check
+            check = owner.enter_context(
+                OwnerProcess(options.bus, arm, rate, homed=options.homed)
+            ).check
         node.run(cancelled, check)
     return ExitStatus.OK

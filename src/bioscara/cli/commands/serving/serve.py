@@ -66,6 +66,7 @@ def run(options: Options) -> int:
                 parameters,
                 v1=options.v1,
                 seed=options.seed,
+                homed=options.homed,
                 rate=options.rate,
                 evidence=options.evidence,
             )

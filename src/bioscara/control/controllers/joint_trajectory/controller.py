@@ -39,7 +39,7 @@ from bioscara.control.controllers.joint_trajectory.trajectory_parameters import 
     JointTrajectoryParameters,
 )
 from bioscara.control.controllers.joint_trajectory.upsampling import timed
-from bioscara.errors import ConfigurationError, GoalRejectedError
+from bioscara.errors import GoalRejectedError
 from bioscara.hardware import VELOCITY
 from bioscara.planning import Sample
 
@@ -151,10 +151,25 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         """Check that the parameters are consistent."""
         parameters = self.parameters
         parameters.check(self.name)
-        joints, constraints = parameters.joints, parameters.constraints
         kinds = parameters.command_interfaces
         self._velocity_only = kinds == (VELOCITY,)
-        self._pids = [Pid(parameters.gains.get(joint, Gains())) for joint in joints]
+        self._pids = [Pid(Gains()) for _ in parameters.joints]
+        velocity = VELOCITY in kinds and VELOCITY in parameters.state_interfaces
+        self._monitor = ToleranceMonitor(parameters.joints, velocity=velocity)
+        self.change(parameters)
+
+    def change(self, parameters: JointTrajectoryParameters) -> None:
+        """Take other parameters, at any time after it was configured.
+
+        A running goal keeps the tolerances that it was accepted with.
+
+        Args:
+            parameters: Its own, :meth:`JointTrajectoryParameters.changed`.
+        """
+        self.parameters = parameters
+        joints, constraints = parameters.joints, parameters.constraints
+        for joint, pid in zip(joints, self._pids, strict=True):
+            pid.gains = parameters.gains.get(joint, Gains())
         self._defaults = defaults(joints, constraints)
         timeout = parameters.cmd_timeout
         if 0.0 < timeout <= constraints.goal_time:
@@ -163,10 +178,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
                 f"goal_time {constraints.goal_time:g} s"
             )
             timeout = 0.0
-        velocity = VELOCITY in kinds and VELOCITY in parameters.state_interfaces
-        self._monitor = ToleranceMonitor(
-            joints, self._defaults, timeout, constraints.stopped_time, velocity=velocity
-        )
+        self._monitor.timeout, self._monitor.stopped_time = timeout, constraints.stopped_time
+        if self._running is None:
+            self._monitor.tolerances = self._defaults
+        if self._sampler is not None:
+            self._sampler.change(parameters)
 
     def on_activate(self, time: float) -> None:
         """Hold the last commands where they are known, else the measured positions."""
@@ -216,17 +232,6 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._share = number("speed share", share)
         if self._sampler is not None:
             self._sampler.share = self._share
-
-    def set_gains(self, joint: str, gains: Gains) -> None:
-        """Change the gains of a joint, at any time after the controller was configured.
-
-        Raises:
-            ConfigurationError: It has no such joint.
-        """
-        joints = self.parameters.joints
-        if joint not in joints:
-            raise ConfigurationError(f"gains.{joint}: {self.name} has {', '.join(joints)}")
-        self._pids[joints.index(joint)].gains = gains
 
     def prepare(self, goal: Goal, speed: float = 1.0) -> PreparedGoal:
         """Check the form of a goal, in any thread: with many points that takes some cycles.

@@ -50,12 +50,11 @@ class TrajectorySampler:
         time: float,
     ) -> None:
         self._desired_start = parameters.interpolate_from_desired_state
-        self._splices = parameters.allow_trajectory_replacement
         self._period, self._now = period, time
-        self._decelerations = parameters.decelerations
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
         self.share, self.collision_checked, self.speed = 1.0, True, 1.0
-        self._least, self._rate = parameters.constraints.least_time_on_cancel, 0.0
+        self._rate = 0.0
+        self.change(parameters)
         self.waiting: Request | None = None
         self._pausing: Braked | None = None
         self._pausing_since = time
@@ -64,6 +63,12 @@ class TrajectorySampler:
         self._commanded_at: tuple[Interpolator | Spliced | Braked, float]
         self._commanded_time: float
         self.hold(positions, time)
+
+    def change(self, parameters: JointTrajectoryParameters) -> None:
+        """Take those parameters that may change; a ramp that has begun ends as it began."""
+        self._splices = parameters.allow_trajectory_replacement
+        self._decelerations = parameters.decelerations
+        self._least = parameters.constraints.least_time_on_cancel
 
     @property
     def pace(self) -> float:

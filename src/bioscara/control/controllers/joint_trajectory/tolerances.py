@@ -63,29 +63,21 @@ class ToleranceMonitor:
 
     Args:
         joints: Names of the joints.
-        tolerances: Of the followed trajectory; those of a goal replace them.
-        timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
-        stopped_time: Time for which the joints have to stand within their tolerances [s].
         velocity: Whether the velocity error is meaningful.
 
     Attributes:
         tolerances: Of the followed trajectory.
+        timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
+        stopped_time: Time for which the joints have to stand within their tolerances [s].
     """
 
-    __slots__ = ("_arrived", "_joints", "_stopped_time", "_timeout", "_velocity", "tolerances")
+    __slots__ = ("_arrived", "_joints", "_velocity", "stopped_time", "timeout", "tolerances")
 
-    def __init__(
-        self,
-        joints: Sequence[str],
-        tolerances: TrajectoryTolerances,
-        timeout: float,
-        stopped_time: float,
-        *,
-        velocity: bool,
-    ) -> None:
-        self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
-        self._stopped_time, self._arrived = stopped_time, math.inf
-        self.tolerances = tolerances
+    def __init__(self, joints: Sequence[str], *, velocity: bool) -> None:
+        self._joints, self._velocity = tuple(joints), velocity
+        self.timeout = self.stopped_time = 0.0
+        self._arrived = math.inf
+        self.tolerances: TrajectoryTolerances
 
     def before_the_end(self, error: Sample, time: float) -> TrajectoryResult | None:
         """Return how a trajectory ended before its last point, or None while it continues.
@@ -120,14 +112,14 @@ class ToleranceMonitor:
         if violation is not None or not stopped:
             self._arrived = math.inf
         self._arrived = min(self._arrived, overtime)
-        if violation is None and overtime - self._arrived >= self._stopped_time:
+        if violation is None and overtime - self._arrived >= self.stopped_time:
             return TrajectoryResult(
                 GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!"
             )
         if 0.0 < goal_time < overtime:
             why = f"Aborted due to goal_time_tolerance exceeding by {overtime - goal_time:.3f} s"
-        elif 0.0 < self._timeout < overtime:
-            why = f"Aborted due to command timeout, {self._timeout:g} s after the last point"
+        elif 0.0 < self.timeout < overtime:
+            why = f"Aborted due to command timeout, {self.timeout:g} s after the last point"
         else:
             return None
         return TrajectoryResult(

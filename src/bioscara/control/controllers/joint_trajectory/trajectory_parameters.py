@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
-from typing import Any, Literal
+from dataclasses import field, replace
+from typing import Any, Literal, Self
 
 from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.parameter_types import Parameters
@@ -21,6 +21,18 @@ from bioscara.model.validation import (
 )
 
 Kind = Literal["position", "velocity"]
+CHANGEABLE = frozenset(
+    {
+        "allow_partial_joints_goal",
+        "allow_nonzero_velocity_at_trajectory_end",
+        "allow_integration_in_goal_trajectories",
+        "allow_trajectory_replacement",
+        "cmd_timeout",
+        "gains",
+        "constraints",
+    }
+)
+"""Parameters that may change after the controller is configured, also while it is active."""
 
 
 class JointConstraints(Checked):
@@ -103,7 +115,7 @@ class PositionsUpsampling(Checked):
 
 
 class JointTrajectoryParameters(Parameters):
-    """Parameters of the joint trajectory controller; only the gains may change after creation.
+    """Parameters of the joint trajectory controller; those of :data:`CHANGEABLE` may change.
 
     Attributes:
         joints: Names of the joints.
@@ -150,6 +162,27 @@ class JointTrajectoryParameters(Parameters):
         """Of the joints on a ramp to rest [rad/s^2 or m/s^2]; empty if there are no ramps."""
         each = tuple(self.constraints.of(name).max_deceleration_on_cancel for name in self.joints)
         return each if self.constraints.decelerate_on_cancel and all(each) else ()
+
+    def changed(self, controller: str, values: Mapping[str, object]) -> Self:
+        """Return the parameters with other values of some, each of which is replaced as a whole.
+
+        Args:
+            controller: Name of the controller, for messages.
+            values: By their names, as for :meth:`read`.
+
+        Raises:
+            ConfigurationError: One may not change, or a value cannot be used.
+        """
+        fixed = sorted(values.keys() - CHANGEABLE)
+        if fixed:
+            raise ConfigurationError(
+                f"{controller}: {', '.join(fixed)} may not change while it is configured; these "
+                f"may: {', '.join(sorted(CHANGEABLE))}"
+            )
+        given = self.read(controller, {"joints": self.joints, **values})
+        parameters = replace(self, **{name: getattr(given, name) for name in values})
+        parameters.check(controller)
+        return parameters
 
     def check(self, controller: str) -> None:
         """Check that the parameters are consistent.
