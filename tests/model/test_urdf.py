@@ -228,6 +228,14 @@ def test_the_description_of_another_arm_is_what_xacro_makes_of_its_values(
     assert numeric(found) != numeric(urdf.SRDF.read_text())
 
 
+def test_states_beyond_the_reach_of_the_jaws_are_left_out() -> None:
+    parameters = load_parameters()
+    jaws = replace(parameters.gripper, lower=0.05, upper=0.07, initial=0.06)
+    narrow = replace(parameters, gripper=jaws)
+    states = ET.fromstring(urdf.srdf_of(narrow)).findall("group_state")
+    assert {state.attrib["name"] for state in states} == {"center", "open", "close"}
+
+
 def test_the_description_of_the_existing_arms_is_the_shipped_one() -> None:
     parameters = load_parameters()
     assert ET.canonicalize(urdf.urdf_of(parameters)) == ET.canonicalize(urdf.URDF.read_text())

@@ -43,7 +43,7 @@ COMMANDS: dict[str, Callable[[str], m.AnyCommand]] = {
     "values": lambda name: m.CommandController(name, (0.0,)),
     "cancel": lambda name: m.CancelControllerGoal(name, 1),
     "scaling": lambda name: m.SetControllerScaling(name, 1.0),
-    "gains": lambda name: m.SetControllerGains(name, "j1", {}),
+    "changed parameters": lambda name: m.SetControllerParameters(name, {}),
     "query": lambda name: m.QueryController(name, 0.0),
     "overlay": lambda name: m.SetParameters(overlay=name, revision=1),
     "record": m.GetFlightRecord,

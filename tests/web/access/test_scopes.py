@@ -22,7 +22,7 @@ COMMANDS = {
     "cleanup_controller unload_controller switch_controllers set_hardware_state "
     "add_goal_points follow_goal stream_trajectory send_gripper_goal trigger_homing "
     "command_controller cancel_controller_goal set_controller_scaling "
-    "set_controller_gains",
+    "set_controller_parameters",
 }
 TASKS = {
     OPERATE: "move_joints move_to move_linear move_relative move_circular move_named move_sequence "

@@ -218,7 +218,7 @@ def test_constraints_change_at_run_time_and_a_running_goal_keeps_its_own(
     second = arm.send(back)
     arm.run(1.0)
     assert second.error_code is ErrorCode.PATH_TOLERANCE_VIOLATED
-    with pytest.raises(ConfigurationError, match="joints may not change"):
+    with pytest.raises(ConfigurationError, match="'joints' may not change"):
         arm.jtc.parameters.changed("jtc", {"joints": ["j1"]})
 
 

@@ -316,7 +316,7 @@ def test_velocities_with_gains_follow_a_goal() -> None:
         assert left.positions[0] - before[0] == pytest.approx(STEP[0], abs=5e-3)
         for refused, why in (
             ({"gains": {"j9": gains}}, r"gains\.j9"),
-            ({"joints": ["j1"]}, "joints may not change"),
+            ({"joints": ["j1"]}, "'joints' may not change"),
         ):
             with pytest.raises(ConfigurationError, match=why):
                 set_parameters(refused)

@@ -18,6 +18,7 @@ from bioscara.ros.owner_process import OwnerProcess
 
 _BRINGUP = Path(owner_process.__file__).with_name("bringup.yaml")
 """Parameters of the manager and its controllers, where no argument of ROS is given."""
+
 _NEEDED = (
     "rclpy",
     "control_msgs",

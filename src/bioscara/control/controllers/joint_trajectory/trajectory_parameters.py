@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field, replace
 from typing import Any, Literal, Self
 
+from bioscara.arguments import shown
 from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
@@ -176,8 +177,8 @@ class JointTrajectoryParameters(Parameters):
         fixed = sorted(values.keys() - CHANGEABLE)
         if fixed:
             raise ConfigurationError(
-                f"{controller}: {', '.join(fixed)} may not change while it is configured; these "
-                f"may: {', '.join(sorted(CHANGEABLE))}"
+                f"{controller}: {', '.join(map(shown, fixed))} may not change while it is "
+                f"configured; these may: {', '.join(sorted(CHANGEABLE))}"
             )
         given = self.read(controller, {"joints": self.joints, **values})
         parameters = replace(self, **{name: getattr(given, name) for name in values})
