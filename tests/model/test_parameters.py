@@ -201,7 +201,7 @@ def test_a_copy_of_the_file_is_the_same_arm(tmp_path: Path) -> None:
         ("deceleration_share: 1.0", "deceleration_share: 1.5", "1.5 is outside 0.01 .. 1"),
         ("allow_stalling: false", "allow_stalling: no", "'no' is neither true nor false"),
         ("goal_tolerance: 0.001", "goal_tolerance: 0", "0 is outside 1e-05 .. 0.1 m"),
-        ("max_velocity: 1.0                # m/s", "max_velocity: 0 # m/s", "0 is outside 0.001"),
+        ("max_velocity: 0.07               # m/s", "max_velocity: 0 # m/s", "0 is outside 0.001"),
         ("  hold_controller:", "  hold_controler:", "did you mean hold_controller?"),
         ("  j4:", "  j5:", "joints.j5 is not a known parameter; known here: j1, j2"),
     ],

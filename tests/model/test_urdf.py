@@ -113,7 +113,8 @@ def test_srdf_and_urdf_name_the_same_links_and_joints(gripper: str) -> None:
     names = {value for key, value in named if key in {"link1", "link2"}}
     assert names == bodies
     defined = {each.attrib["name"] for each in groups.findall("group")}
-    assert defined == {"left_arm"} | ({"left_gripper"} if gripper == "true" else set())
+    of_gripper = {"left_gripper", "left_arm_gripper"} if gripper == "true" else set()
+    assert defined == {"left_arm"} | of_gripper
     for tag in (*groups.findall("group_state"), *groups.findall("end_effector")):
         assert tag.attrib["group"] in defined
 
@@ -225,6 +226,14 @@ def test_the_description_of_another_arm_is_what_xacro_makes_of_its_values(
     found = urdf.srdf_of(replace(parameters, geometry=same_height))
     assert numeric(found) == numeric(expanded)
     assert numeric(found) != numeric(urdf.SRDF.read_text())
+
+
+def test_states_beyond_the_reach_of_the_jaws_are_left_out() -> None:
+    parameters = load_parameters()
+    jaws = replace(parameters.gripper, lower=0.05, upper=0.07, initial=0.06)
+    narrow = replace(parameters, gripper=jaws)
+    states = ET.fromstring(urdf.srdf_of(narrow)).findall("group_state")
+    assert {state.attrib["name"] for state in states} == {"center", "open", "close"}
 
 
 def test_the_description_of_the_existing_arms_is_the_shipped_one() -> None:

@@ -160,7 +160,7 @@ def test_the_width_at_which_the_jaws_were_stopped_is_stored(
         def stopping(loop: Loop, before: Callable[[], object] | None = None) -> CycleReport:
             nonlocal steps
             steps += 1
-            if steps == 4:
+            if steps == 20:
                 robot.stop()
                 world.full = full
             return step(loop, before)

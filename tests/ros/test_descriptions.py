@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import shutil
 import xml.etree.ElementTree as ET
@@ -25,6 +26,8 @@ ENTRIES = {
     "scene_descriptions": "scene",
 }
 """Name of the robot of each scene.xacro."""
+UNPREFIXED = ("world", "table", "table_joint")
+"""Names of the surroundings, which are not those of the arm."""
 
 
 def entry(prefix: Path, package: str) -> Path:
@@ -49,7 +52,61 @@ def parts(root: ET.Element) -> dict[tuple[str, str], Any]:
 
 
 def test_the_scene_has_the_links_joints_limits_masses_and_tags_of_the_model(prefix: Path) -> None:
-    assert parts(scene(prefix)) == parts(ET.parse(URDF).getroot())
+    assert parts(scene(prefix, table="false")) == parts(ET.parse(URDF).getroot())
+
+
+def test_the_scene_has_a_table_below_the_arm_unless_told_otherwise(prefix: Path) -> None:
+    with_table, without = (parts(scene(prefix, table=each)) for each in ("true", "false"))
+    assert with_table == parts(scene(prefix))
+    added = {name: with_table.pop(name) for name in with_table.keys() - without.keys()}
+    assert with_table == without
+    assert added.keys() == {("link", "table"), ("joint", "table_joint")}
+    table = next(link for link in scene(prefix).iter("link") if link.attrib["name"] == "table")
+    box, origin = (next(table.iter(name)).attrib for name in ("box", "origin"))
+    size = [float(word) for word in box["size"].split()]
+    # The base stands on its top.
+    assert float(origin["xyz"].split()[2]) == pytest.approx(-size[2] / 2.0)
+    assert size[:2] == [1.0, 2.0]
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_only_the_jaws_reach_the_table_and_only_below_twelve_millimetres(
+    prefix: Path, tmp_path: Path
+) -> None:
+    """The tool, a few millimetres higher than the fingers' ends, is below its top at 9 mm."""
+    pin = pytest.importorskip("pinocchio", reason="pip install pin: the independent loader")
+    path = tmp_path / "scene.urdf"
+    path.write_text(ET.tostring(scene(prefix), encoding="unicode"))
+    model = pin.buildModelFromUrdf(str(path))
+    shapes = pin.buildGeomFromUrdf(
+        model, str(path), pin.GeometryType.COLLISION, package_dirs=[str(prefix / "share")]
+    )
+    bodies = shapes.geometryObjects
+    links = [model.frames[body.parentFrame].name for body in bodies]
+    for number in range(len(bodies)):
+        if links[number] not in ("table", "base_link"):
+            shapes.addCollisionPair(pin.CollisionPair(links.index("table"), number))
+    data, found, q = model.createData(), shapes.createData(), pin.neutral(model)
+    height, column = (model.joints[model.getJointId(name)].idx_q for name in ("j2", "j1"))
+    # Stretched out along the longer side of the table.
+    q[column] = math.pi / 2.0
+    for lift, expected in (
+        (-0.0016, {"left_jaw_link", "right_jaw_link"}),
+        (0.0115, {"left_jaw_link", "right_jaw_link"}),
+        (0.0117, set()),
+        (0.338, set()),
+    ):
+        q[height] = lift
+        pin.computeCollisions(model, data, shapes, found, q, False)
+        touched = {
+            links[pair.second]
+            for pair, result in zip(shapes.collisionPairs, found.collisionResults, strict=True)
+            if result.isCollision()
+        }
+        assert touched == expected
+    q[height] = 0.009
+    pin.framesForwardKinematics(model, data, q)
+    assert -2e-4 < data.oMf[model.getFrameId("tool", pin.FrameType.BODY)].translation[2] < 0.0
 
 
 def test_another_arm_has_the_description_that_the_model_gives_it(
@@ -96,7 +153,7 @@ def test_all_entries_expand_for_all_arguments(prefix: Path) -> None:
             root = expand(source, **{name: text for name, text in given.items() if text})
             assert root.attrib["name"] == robot
             links = {link.attrib["name"] for link in root.iter("link")}
-            assert all(name.startswith(before) for name in links - {"world"})
+            assert all(name.startswith(before) for name in links - {"world", "table"})
             has_tool = package != "bioscara_arm_description"
             assert (f"{before}tool" in links) == has_tool
             plugins = {plugin.text for plugin in root.iter("plugin")}
@@ -111,7 +168,7 @@ def test_a_prefix_is_before_each_name_but_that_of_the_world(prefix: Path) -> Non
     named = ("link", "joint", "ros2_control", "ros2_control/joint", ".//material")
     for path in named:
         names = [part.attrib["name"] for part in plain.findall(path)]
-        wanted = [name if name == "world" else f"left_{name}" for name in names]
+        wanted = [name if name in UNPREFIXED else f"left_{name}" for name in names]
         assert [part.attrib["name"] for part in root.findall(path)] == wanted
     followed = {mimic.attrib["joint"] for mimic in root.iter("mimic")}
     assert followed == {"left_gripper"}
@@ -152,7 +209,7 @@ def test_each_mesh_is_installed_with_the_package_that_names_it(prefix: Path) -> 
 def test_pinocchio_loads_the_scene_with_its_meshes(prefix: Path, tmp_path: Path) -> None:
     pin = pytest.importorskip("pinocchio", reason="pip install pin: the independent loader")
     path = tmp_path / "scene.urdf"
-    path.write_text(ET.tostring(scene(prefix), encoding="unicode"))
+    path.write_text(ET.tostring(scene(prefix, table="false"), encoding="unicode"))
     model, known = pin.buildModelFromUrdf(str(path)), pin.buildModelFromUrdf(str(URDF))
     assert list(model.names) == list(known.names)
     assert model.upperPositionLimit == pytest.approx(known.upperPositionLimit)

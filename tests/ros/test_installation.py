@@ -103,7 +103,8 @@ def test_pip_installs_the_packages_where_ros_finds_them(tmp_path: Path) -> None:
     for name in NAMES:
         assert (prefix / "share" / name / "package.xml").is_file()
     for program in ("bioscara_ros/controller_manager_node",
-                    "bioscara_arm_bringup/publisher_joint_trajectory_controller"):  # fmt: skip
+                    "bioscara_arm_bringup/publisher_joint_trajectory_controller",
+                    "scene_bringup/gazebo_joints"):  # fmt: skip
         assert (prefix / "lib" / program).stat().st_mode & 0o111
 
 

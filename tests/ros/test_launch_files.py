@@ -29,6 +29,10 @@ RVIZ = {"debug": "False", "rviz_config": "PREFIX/config/moveit.rviz"}
 ARGUMENTS: dict[tuple[str, str], dict[str, str]] = {
     ("scene_bringup", "launch/bioscara_arm_gripper128"): {**CONTROL, "gui": "false"},
     ("scene_bringup", "launch/simulated_arm"): {"homed": "false", "namespace": "", "gui": "true"},
+    ("scene_bringup", "launch/gazebo"): {
+        "world": "empty.sdf", "z": "0.32", "table": "true", "homed": "false", "namespace": "",
+        "gui": "true",
+    },
     ("scene_bringup", "launch/served_arm"): {"arm": "arm", "namespace": "", "gui": "true"},
     ("bioscara_arm_bringup", "bioscara_arm"): {
         "controllers_file": "bioscara_arm_controllers.yaml",
@@ -165,8 +169,9 @@ def test_rule_7_what_is_listed_is_known() -> None:
         "moveit_ros_planning", "moveit_ros_visualization", "moveit_setup_assistant",
         "moveit_simple_controller_manager", "pal_statistics_msgs", "pick_ik",
         "pilz_industrial_motion_planner", "python3-yaml", "rcl_interfaces", "rclpy",
-        "robot_state_publisher", "rqt_joint_trajectory_controller", "rviz2", "rviz_common",
-        "rviz_default_plugins", "sensor_msgs", "std_msgs", "tf2_msgs", "trajectory_msgs", "xacro",
+        "robot_state_publisher", "ros_gz_bridge", "ros_gz_sim", "rqt_joint_trajectory_controller",
+        "rviz2", "rviz_common", "rviz_default_plugins", "sensor_msgs", "std_msgs", "tf2_msgs",
+        "trajectory_msgs", "xacro",
     }  # fmt: skip
     everything = set().union(*(own(name) for name in NAMES))
     assert everything - {*NAMES, INTERFACES} == known

@@ -85,6 +85,13 @@ def lease_is_free(robot: RemoteRobot) -> bool:
     return True
 
 
+def test_a_description_of_another_arm_ends_the_node(site: Rig) -> None:
+    text = URDF.read_text().replace('"reduction">35.0', '"reduction">34.0')
+    with site.node(description=text) as node:
+        wait_until(lambda: node.poll() is not None, "the end of the node")
+    assert "j1: <param> reduction is 34.0, and 35 in the parameters" in site.log
+
+
 def test_rule_42_services_appear_with_the_description_and_a_second_one_is_ignored(
     site: Rig, ros: Ros
 ) -> None:

@@ -77,7 +77,8 @@ def test_a_goal_has_its_tolerances() -> None:
 
 def test_a_gripper_goal_has_the_values_of_the_message() -> None:
     command = Message(position=[0.05], velocity=[], effort=[3.0])
-    assert requests.gripper_goal(Message(command=command)) == GripperGoal((0.05,), (), (3.0,))
+    goal = requests.gripper_goal(Message(command=command), DESCRIPTION)
+    assert goal == GripperGoal((0.05,), (), (3.0,))
 
 
 def homing(groups: list[str], *values: dict[str, float]) -> Any:

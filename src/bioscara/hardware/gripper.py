@@ -31,7 +31,7 @@ class GripperHardware(HardwareComponent):
     """
 
     def __init__(self, name: str, joint: str, gripper: Gripper, clock: Clock) -> None:
-        super().__init__(name, "actuator")
+        super().__init__(name, "system")
         self._gripper, self._clock = gripper, clock
         self._position = StateInterface(joint, POSITION)
         self._velocity = StateInterface(joint, VELOCITY)

@@ -19,7 +19,7 @@ from bioscara.model.parameters import (
     UpdateRates,
 )
 
-CHECKSUM = 3_533_400_710
+CHECKSUM = 995_507_369
 """Checksum of the file."""
 
 
@@ -120,7 +120,7 @@ def parameters() -> ArmParameters:
         gripper=GripperParameters.unchecked(
             lower=0.04,
             upper=0.112,
-            max_velocity=1.0,
+            max_velocity=0.07,
             initial=0.08,
             deg_per_m=3333.3,
             zero_width=0.058,

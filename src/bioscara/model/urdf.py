@@ -94,8 +94,14 @@ def srdf_of(parameters: ArmParameters) -> str:
             f"geometry.height: {height:g} is not the {known:g} at which {_NEVER}"
         )
     root = _parsed(SRDF)
-    for state, width in (("open", jaws.upper), ("close", jaws.lower)):
-        _set(next(root.iterfind(f"group_state[@name='{state}']/joint")), value=width)
+    for state in root.findall("group_state"):
+        name, joint = state.attrib["name"], state[0]
+        if name in ("open", "close"):
+            _set(joint, value=jaws.upper if name == "open" else jaws.lower)
+        elif name.startswith("close_") and not (
+            jaws.lower <= float(joint.attrib["value"]) <= jaws.upper
+        ):
+            root.remove(state)
     return _written(root)
 
 

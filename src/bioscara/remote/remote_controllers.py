@@ -147,8 +147,10 @@ class RemoteControllers:
     def follow(self, name: str, goal: Goal) -> int:
         """Send a goal to a trajectory controller, and return its number.
 
-        A goal that runs ends ABORTED. The path is checked for collisions while it is followed,
-        also where the goal says that it was checked.
+        A goal that runs ends ABORTED. A goal of all joints without a stamp brings the arm to rest,
+        is planned from there for the limits and checked for collisions as a whole, and followed
+        then, or ABORTED with the reason. Others are checked while they are followed. The goal's
+        ``collision_checked`` is ignored.
 
         Raises:
             GoalRejectedError: The controller is not active, follows no trajectories, or cannot

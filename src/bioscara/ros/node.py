@@ -18,6 +18,7 @@ from std_msgs.msg import String
 
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, ConfigurationError, OwnerLostError
+from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm.robot_frames import DESCRIPTION, LATCHED, RobotFrames
 from bioscara.ros.arm_time import ArmTime
@@ -87,6 +88,7 @@ class ControllerManagerNode:
         self._loaded: LoadedControllers | None = None
         self._observation: Observation | None = None
         self._description: RobotDescription | None = None
+        self._compared_with: RemoteRobot | None = None
         self._ending = False
         self._spinning = threading.Thread(target=self._spin, name="bioscara-ros-spin", daemon=True)
         parameters = self.node.get_parameters_by_prefix("")
@@ -117,8 +119,9 @@ class ControllerManagerNode:
                     break
                 if check is not None:
                     check()
-                if self._bridge is None and self._description is not None and self._owner.connected:
-                    self._offer(self._description)
+                description = self._compared()
+                if description is not None and self._bridge is None:
+                    self._offer(description)
                 if number % _REMIND == 0:
                     self._remind()
                 time.sleep(_POLL)
@@ -152,6 +155,32 @@ class ControllerManagerNode:
                 "another robot_description was published and is ignored; start the node anew to "
                 "use it"
             )
+
+    def _compared(self) -> RobotDescription | None:
+        """Return the description, compared with the parameters of the owner that is there now.
+
+        Raises:
+            ConfigurationError: The description that the node has or was started with contradicts
+                them.
+        """
+        description = self._description
+        if description is None or not self._owner.connected:
+            return None
+        try:
+            robot = self._owner.robot
+            if robot is not self._compared_with:
+                for text in description.compare(robot.parameters):
+                    self._log.warning(text)
+                self._compared_with = robot
+        except OwnerLostError:
+            return None
+        except ConfigurationError as error:
+            if self._bridge is not None or self._frames is not None:
+                raise
+            self._log.error(f"the description on the topic cannot be used: {error}")
+            self._description = None
+            return None
+        return description
 
     def _offer(self, description: RobotDescription) -> None:
         """Create the services, now that there are a description and an owner."""

@@ -9,7 +9,8 @@ from typing import Any
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
 from bioscara.errors import GoalRejectedError
-from bioscara.ros.arm.description import RobotDescription
+from bioscara.ros.arm.described_values import check
+from bioscara.ros.arm.description import GRIPPER_JOINT, RobotDescription
 from bioscara.ros.arm_time import ArmTime
 
 
@@ -19,9 +20,13 @@ def seconds(time: Any) -> float:
 
 
 def joint_trajectory(message: Any, description: RobotDescription, time: ArmTime) -> JointTrajectory:
-    """Return a ``trajectory_msgs/JointTrajectory``."""
+    """Return a ``trajectory_msgs/JointTrajectory``.
+
+    Raises:
+        GoalRejectedError: It is beyond a limit of the description.
+    """
     stamp = seconds(message.header.stamp)
-    return JointTrajectory(
+    trajectory = JointTrajectory(
         tuple(map(description.owners, message.joint_names)),
         tuple(
             Point(
@@ -35,6 +40,7 @@ def joint_trajectory(message: Any, description: RobotDescription, time: ArmTime)
         ),
         time.arms(stamp) if stamp else 0.0,
     )
+    return check(trajectory, description.limits)
 
 
 def trajectory_goal(message: Any, description: RobotDescription, time: ArmTime) -> Goal:
@@ -56,9 +62,17 @@ def trajectory_goal(message: Any, description: RobotDescription, time: ArmTime) 
     )
 
 
-def gripper_goal(message: Any) -> GripperGoal:
-    """Return a goal of ``control_msgs/ParallelGripperCommand``."""
+def gripper_goal(message: Any, description: RobotDescription) -> GripperGoal:
+    """Return a goal of ``control_msgs/ParallelGripperCommand``.
+
+    Raises:
+        GoalRejectedError: It is beyond a limit of the description.
+    """
     command = message.command
+    if limits := description.limits.get(GRIPPER_JOINT):
+        for kind in ("position", "velocity"):
+            for value in getattr(command, kind):
+                limits.check(kind, value)
     return GripperGoal(tuple(command.position), tuple(command.velocity), tuple(command.effort))
 
 

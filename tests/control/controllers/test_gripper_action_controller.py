@@ -168,7 +168,8 @@ def test_the_assumed_speed_of_a_servo_without_feedback_is_a_parameter() -> None:
     handle = bench.go(0.12)
     took = bench.finish(handle)
     assert handle.status is GoalStatus.SUCCEEDED
-    assert took == pytest.approx(0.03 / 0.02, abs=0.05)
+    # The whole stroke, which ends at 0.112 m, although its last centimetre is within the tolerance.
+    assert took == pytest.approx(0.032 / 0.02, abs=0.05)
 
 
 def test_rule_71_a_gripper_that_is_held_up_aborts_after_the_stall_timeout() -> None:

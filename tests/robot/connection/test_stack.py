@@ -47,7 +47,7 @@ def test_each_value_arrives_at_its_controller(tmp_path: Path, v1: bool, rate: in
         ("timeout: 300.0", "timeout: 200.0"),
         ("max_travel_share: 1.15", "max_travel_share: 1.5"),
         ("max_deceleration_share: 1.0", "max_deceleration_share: 0.25"),
-        ("max_velocity: 1.0                # m/s", "max_velocity: 0.2 # m/s"),
+        ("max_velocity: 0.07               # m/s", "max_velocity: 0.2 # m/s"),
         ("goal_tolerance: 0.001", "goal_tolerance: 0.002"),
         ("allow_stalling: false", "allow_stalling: true"),
         ("stall_velocity_threshold: 0.001", "stall_velocity_threshold: 0.004"),

@@ -137,10 +137,11 @@ def test_rule_45_a_controller_is_configured_with_the_parameters_that_it_has_by_t
     ros: Ros,
 ) -> None:
     assert load(ros, POSITION)
-    assert ros.set_parameters(f"/{POSITION}", joints=["j1", "j2"])[0]["successful"]
+    assert ros.set_parameters(f"/{POSITION}", joints=["j4", "j1", "j2", "j3"])[0]["successful"]
     assert configure(ros, POSITION)
     (listed,) = ros.manager("list_controllers")["controller"]
-    assert listed["required_command_interfaces"] == ["j1/position", "j2/position"]
+    names = [f"{joint}/position" for joint in ("j4", "j1", "j2", "j3")]
+    assert listed["required_command_interfaces"] == names
     (refused,) = ros.set_parameters(f"/{POSITION}", joints=["j1"])
     assert not refused["successful"]
     assert "joints cannot be changed while" in refused["reason"]

@@ -163,7 +163,7 @@ def test_the_arms_own_controllers_are_not_for_clients(left: Site, change: object
             GRIPPER,
             {"joint": "gripper", "velocity_limit": 2.0},
             ConfigurationError,
-            "velocity_limit 2 m/s is above .* at most 1 m/s",
+            "velocity_limit 2 m/s is above .* at most 0.07 m/s",
         ),
         ("x", JTC, {"joints": ["j" * 200_000]}, ConfigurationError, "is none of"),
     ],

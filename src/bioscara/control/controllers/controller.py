@@ -79,6 +79,11 @@ class Controller(ABC, Generic[P]):
         """Whether its commands, begun from rest, are verified to keep the arm clear."""
         return False
 
+    @property
+    def smooth(self) -> bool:
+        """Whether its commands, begun from rest, are too gentle for the belts to swing."""
+        return self.collision_checked
+
     def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
         """React to a stop of the arm because the commanded motion is not clear.
 

@@ -8,6 +8,7 @@ from enum import Enum
 class GoalStatus(Enum):
     """Status of a goal."""
 
+    ACCEPTED = "accepted"
     EXECUTING = "executing"
     SUCCEEDED = "succeeded"
     ABORTED = "aborted"
@@ -15,7 +16,7 @@ class GoalStatus(Enum):
 
 
 # A member of an enumeration takes longer to look up than to compare.
-_EXECUTING = GoalStatus.EXECUTING
+_ACCEPTED, _EXECUTING = GoalStatus.ACCEPTED, GoalStatus.EXECUTING
 
 
 class AcceptedGoal:
@@ -32,4 +33,4 @@ class AcceptedGoal:
     @property
     def done(self) -> bool:
         """Whether it ended."""
-        return self.status is not _EXECUTING
+        return self.status is not _EXECUTING and self.status is not _ACCEPTED

@@ -19,6 +19,9 @@ from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedErr
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 from bioscara.model.validation import AS_TUPLE, Finite, Flag, Name, Positive, Strict, Text
 
+_ROUNDING = 1e-9
+"""Difference of widths that comes from rounding [m]."""
+
 
 class GripperActionParameters(Parameters):
     """Parameters; names and defaults of ros2_controllers but for the last two.
@@ -175,7 +178,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         written = goal.feedback is not None
         goal.feedback = GripperFeedback(time, self.position, velocity.value, measured.quality)
         if written:
-            self._evaluate()
+            self._evaluate(travels=abs(measured.value - self.position) > _ROUNDING)
 
     def _stop(self, status: GoalStatus, text: str) -> None:
         if self.goal is not None and not self.goal.done:
@@ -186,9 +189,11 @@ class GripperActionController(Controller[GripperActionParameters]):
     def _set_command(self, width: float) -> None:
         self._command, self.command_handles[0].problem = width, None
 
-    def _evaluate(self) -> None:
+    def _evaluate(self, *, travels: bool) -> None:
+        """End the goal if it is reached or held up; ``travels`` while the jaws need more time."""
         parameters = self.parameters
-        if abs(self._command - self.position) < parameters.goal_tolerance:
+        near = abs(self._command - self.position) < parameters.goal_tolerance
+        if near and not travels:
             self._end(GoalStatus.SUCCEEDED, reached=True)
         elif self._still > parameters.stall_timeout:
             text = (

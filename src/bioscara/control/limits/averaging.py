@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 
 from bioscara.control.limits.joint_limiter import JointLimiter
-from bioscara.control.limits.limiter import CommandSource
+from bioscara.control.limits.limiter import CommandSource, Property
 from bioscara.planning.arrays import Array
 from bioscara.planning.moving_average import Smoothed
 
@@ -40,6 +41,8 @@ class Smoothing:
         sent: Where the joints were sent to in the cycle before [rad or m].
     """
 
+    CONCERNS: ClassVar[Property] = "smooth"
+
     def __init__(self, joints: Sequence[JointLimiter], rate: int) -> None:
         self._joints, self._rate = tuple(joints), rate
         self.windows: tuple[float, ...] = ()
@@ -48,15 +51,15 @@ class Smoothing:
         self.sent: list[float] = []
         self._still = 0.0  # Time for which the bounded commands have been at rest [s].
 
-    def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
+    def prepare(self, period: float, raw: Sequence[CommandSource]) -> None:
         """Continue from the last bounded command, not from the sent one.
 
         Args:
             period: Time since the last cycle [s].
-            unchecked: Sources whose commands are averaged.
+            raw: Sources whose commands are averaged.
         """
         self.awaits_rest = False
-        if not unchecked or not self.windows:
+        if not raw or not self.windows:
             if self._average is not None:
                 self._average = None
                 for joint in self._joints:
@@ -74,7 +77,7 @@ class Smoothing:
                 joint.approach_lag()
         self._record()
 
-    def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
+    def apply(self, period: float, raw: Sequence[CommandSource]) -> None:
         """Send the average; to be called after all bounds; arguments as :meth:`prepare`."""
         if self._average is None:
             return

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, MutableSequence, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from bioscara.control.braking import braking_duration, braking_way, ramp
 from bioscara.control.limits.averaging import Smoothing
 from bioscara.control.limits.joint_limiter import JointLimiter
-from bioscara.control.limits.limiter import CommandSource
+from bioscara.control.limits.limiter import CommandSource, Property
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
 from bioscara.planning.arrays import Array
@@ -46,6 +46,8 @@ class CollisionGuard:
         scene: As given; may be changed at rest.
         interventions: In how many cycles it braked.
     """
+
+    CONCERNS: ClassVar[Property] = "collision_checked"
 
     def __init__(
         self,

@@ -164,6 +164,14 @@ class JointLimiter:
         """
         return _REACTION + 2.0 * period if self.velocity_alone else 0.0
 
+    def distance_kept(self, period: float) -> float:
+        """Return how near its limits the joint comes [rad or m]: less far under velocity alone.
+
+        Args:
+            period: Time from cycle to cycle [s].
+        """
+        return _CREEP * self.max_velocity * self.reaction(period)
+
     @property
     def requested_velocity(self) -> float:
         """Requested velocity where velocity alone is commanded, else 0 [rad/s or m/s]."""
@@ -389,7 +397,7 @@ class JointLimiter:
     def _in_reserve(self, speed: float, period: float) -> float:
         """Clamp a velocity so that the braking distance within the limits stays in reserve."""
         here, reaction = self._position.value + self.lag, self.reaction(period)
-        creep = _CREEP * self.max_velocity * reaction
+        creep = self.distance_kept(period)
         down = speed_within(here - self._lower - creep, self.max_acceleration, reaction)
         up = speed_within(self._upper - here - creep, self.max_acceleration, reaction)
         return min(max(speed, -down), up)

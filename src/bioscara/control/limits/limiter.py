@@ -6,7 +6,7 @@ First each joint alone, by its own limits; then, in stages, all joints of the ar
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Protocol
+from typing import ClassVar, Literal, Protocol
 
 from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.hardware import HardwareComponent
@@ -23,6 +23,10 @@ class CommandSource(Protocol):
     def collision_checked(self) -> bool:
         """Whether its commands, begun from rest, are verified to keep the arm clear."""
 
+    @property
+    def smooth(self) -> bool:
+        """Whether its commands, begun from rest, are too gentle for the belts to swing."""
+
     def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
         """React to a stop of the arm because the commanded motion is not clear.
 
@@ -32,18 +36,28 @@ class CommandSource(Protocol):
         """
 
 
-class Stage(Protocol):
-    """Bounds the commands of several joints together."""
+Property = Literal["collision_checked", "smooth"]
+"""A property of the sources of commands."""
 
-    def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
+
+class Stage(Protocol):
+    """Bounds the commands of several joints together.
+
+    Attributes:
+        CONCERNS: The property that sources lack whose commands the stage treats.
+    """
+
+    CONCERNS: ClassVar[Property]
+
+    def prepare(self, period: float, concerned: Sequence[CommandSource]) -> None:
         """Evaluate the requests before each joint is bounded; arguments as :meth:`apply`."""
 
-    def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
+    def apply(self, period: float, concerned: Sequence[CommandSource]) -> None:
         """Bound the commands left by the single-joint limits and the stages before.
 
         Args:
             period: Time since the last cycle [s].
-            unchecked: Sources of the commands whose motion is not collision-checked.
+            concerned: Sources of the commands that lack the property.
         """
 
 
@@ -101,18 +115,21 @@ class Limiter:
         """Return the velocity that was commanded last, of those joints that have limits."""
         return {name: joint.speed for name, joint in self.joints.items() if name in joints}
 
-    def apply(self, period: float, sources: Iterable[CommandSource]) -> None:
+    def apply(self, period: float, sources: Sequence[CommandSource]) -> None:
         """Bound every command.
 
         Args:
             period: Time since the last cycle [s].
             sources: The active controllers that command a position or a velocity.
         """
-        unchecked = [source for source in sources if not source.collision_checked]
-        stages = self.stages
-        for stage in reversed(stages):
-            stage.prepare(period, unchecked)
+        concerned: dict[Property, list[CommandSource]] = {
+            "collision_checked": [source for source in sources if not source.collision_checked],
+            "smooth": [source for source in sources if not source.smooth],
+        }
+        stages = [(stage, concerned[stage.CONCERNS]) for stage in self.stages]
+        for stage, those in reversed(stages):
+            stage.prepare(period, those)
         for limit in self._limit_each:
             limit(period)
-        for stage in stages:
-            stage.apply(period, unchecked)
+        for stage, those in stages:
+            stage.apply(period, those)

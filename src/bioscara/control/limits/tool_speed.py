@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 from bioscara.control.limits.joint_limiter import JointLimiter
-from bioscara.control.limits.limiter import CommandSource
+from bioscara.control.limits.limiter import CommandSource, Property
 
 _ROUNDING = 1.0 + 1e-3
 """Share by which the tool may be faster: trajectories are slowed down beforehand to the limit."""
@@ -20,13 +21,15 @@ class ToolSpeedCap:
         limit: Highest speed of the tool [m/s].
 
     Attributes:
-        share: Share of the limit that applies to unverified commands.
-        soon: Look-ahead times at which the tool keeps to the limit too, because unverified
+        share: Share of the limit that applies to raw commands.
+        soon: Look-ahead times at which the tool keeps to the limit too, because raw
             commands are averaged and on average sent that much later [s].
         speed_of: As given; changes with the tool.
         limit: As given; may be changed at any time.
         interventions: In how many cycles the joints were slowed down.
     """
+
+    CONCERNS: ClassVar[Property] = "smooth"
 
     def __init__(
         self,
@@ -40,7 +43,7 @@ class ToolSpeedCap:
         self.limit = limit
         self.interventions = 0
 
-    def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
+    def prepare(self, period: float, raw: Sequence[CommandSource]) -> None:
         """Reduce requested velocities; to be called before joints are bounded.
 
         Bounded alone afterwards, the joint with the highest acceleration would get the largest
@@ -55,12 +58,12 @@ class ToolSpeedCap:
             for joint in joints:
                 joint.scale_request(self.limit / speed)
 
-    def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
+    def apply(self, period: float, raw: Sequence[CommandSource]) -> None:
         """Slow down the commands that were bounded joint by joint; to be called after that.
 
         Args:
             period: Time since the last cycle [s].
-            unchecked: Sources whose commands keep to ``share`` and ``soon``.
+            raw: Sources whose commands keep to ``share`` and ``soon``.
         """
         # These velocities are means over the cycle: they belong to the position in its middle. At
         # its end the tool of a motion exactly at the limit would be rated too fast.
@@ -72,7 +75,7 @@ class ToolSpeedCap:
         if not any(speeds):
             return
         speed, limit = self.speed_of(middle, speeds), self.limit
-        if self.soon and unchecked:
+        if self.soon and raw:
             limit *= self.share
             states = [joint.state for joint in self._joints]
             for soon in self.soon:

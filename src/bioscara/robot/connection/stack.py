@@ -272,6 +272,7 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
         "allow_nonzero_velocity_at_trajectory_end": given.allow_nonzero_velocity_at_trajectory_end,
         "constraints": {
             "stopped_velocity_tolerance": limits.stopped_velocity_tolerance,
+            "stopped_time": 0.0,  # operations wait for rest themselves
             "goal_time": limits.goal_time,
             "decelerate_on_cancel": True,
             "least_time_on_cancel": parameters.stop_time,

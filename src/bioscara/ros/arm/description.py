@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import Urdf
+from bioscara.model import ArmParameters
 from bioscara.model.parameters import JOINTS
+from bioscara.ros.arm.described_values import Limits, compare
 
 GRIPPER_JOINT = "gripper"
 """The owner's name of the gripper's joint."""
@@ -36,6 +38,8 @@ class RobotDescription:
         urdf: The parsed description.
         components: The hardware components.
         joints: The owner's names of all joints, by their names in the description.
+        limits: Limits that are narrower than the owner's, by the owner's names; see
+            :meth:`compare`.
 
     Raises:
         ConfigurationError: It is no URDF, has no hardware, or has other joints than this arm.
@@ -59,6 +63,19 @@ class RobotDescription:
         if len({*self.joints.values()}) != sum(len(part.joints) for part in self.components):
             raise self.urdf.error(self.urdf.root, "two <ros2_control> tags have the same joints")
         self._described = {own: name for name, own in self.joints.items()}
+        self.limits: Mapping[str, Limits] = {}
+
+    def compare(self, used: ArmParameters) -> list[str]:
+        """Compare the values with the parameters of an owner, whose commands they limit from now.
+
+        Returns:
+            A warning for each limit that differs.
+
+        Raises:
+            ConfigurationError: A value that is not a limit contradicts the parameters.
+        """
+        warnings, self.limits = compare(self.urdf, self.joints, used)
+        return warnings
 
     def owners(self, name: str) -> str:
         """Return the owner's name of a joint or of an interface; other names are not changed."""

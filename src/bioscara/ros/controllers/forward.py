@@ -20,4 +20,9 @@ class ForwardNode(ControllerNode):
         )
 
     def _command(self, message: Any) -> None:
-        self.bridge.owner.robot.controllers.command(self.name, list(message.data))
+        values, sent, limits = list(message.data), self.sent or {}, self.bridge.description.limits
+        # Another number of values is for the owner to refuse.
+        for joint, value in zip(sent.get("joints", ()), values, strict=False):
+            if joint in limits:
+                limits[joint].check(sent["interface_name"], value)
+        self.bridge.owner.robot.controllers.command(self.name, values)

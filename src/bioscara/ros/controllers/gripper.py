@@ -20,7 +20,7 @@ class GripperNode(ControllerNode):
         ActionGoals(self, ParallelGripperCommand, "~/gripper_cmd", self._send, self._result)
 
     def _send(self, request: Any) -> int:
-        goal = requests.gripper_goal(request)
+        goal = requests.gripper_goal(request, self.bridge.description)
         return self.bridge.owner.robot.controllers.move_gripper(self.name, goal)
 
     def _result(self, ended: m.EndedGoal) -> ParallelGripperCommand.Result:

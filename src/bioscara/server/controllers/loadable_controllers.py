@@ -16,6 +16,7 @@ from bioscara.control.controllers.hold_controller import HoldController
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.jog_controller import JogController
 from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager.registry import TYPES
 from bioscara.control.manager.switch_request import unknown
 from bioscara.errors import ConfigurationError, SwitchError
@@ -84,9 +85,30 @@ def _completed(stack: Stack, kind: str, values: Mapping[str, Any]) -> dict[str, 
         if given.get("limits") is None:
             given["limits"] = own.limits
         given.setdefault("velocity_limit", own.velocity_limit)
+    elif kind == JointTrajectoryController.TYPE:
+        return _with_ramps(stack, given)
     elif kind == JointStateBroadcaster.TYPE:
         given.setdefault("joints", [axis.name for axis in stack.arm.axes])
     return given
+
+
+def _with_ramps(stack: Stack, given: dict[str, Any]) -> dict[str, Any]:
+    """Return parameters of a trajectory controller, with the arm's ramps to rest as defaults."""
+    own, constraints = stack.trajectory.parameters.constraints, given.get("constraints", {})
+    joints = given.get("joints")
+    if not isinstance(constraints, Mapping) or not isinstance(joints, list | tuple):
+        # Refused with the other checks.
+        return given
+    ramps = {
+        joint: {"max_deceleration_on_cancel": limits.max_deceleration_on_cancel, **mine}
+        for joint, limits in own.joints.items()
+        if joint in joints and isinstance(mine := constraints.get(joint, {}), Mapping)
+    }
+    usual = {
+        "decelerate_on_cancel": own.decelerate_on_cancel,
+        "least_time_on_cancel": own.least_time_on_cancel,
+    }
+    return {**given, "constraints": {**usual, **constraints, **ramps}}
 
 
 def _with_homing_limits(stack: Stack, given: dict[str, Any]) -> dict[str, Any]:

@@ -33,9 +33,10 @@ from bioscara.errors import (
 from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
-from bioscara.robot.operations.between_cycles import BetweenCycles
+from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
+from bioscara.robot.operations.controllers.planned_goal import PlannedGoal, can_be_planned, slowed
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
 from bioscara.robot.operations.operation import Operation
 from bioscara.server.clients.client import Client, Later
@@ -84,7 +85,7 @@ class ClientControllers:
         self._arm, self._admission = arm, admission
         self._run: RunControllers | None = None
         # One call at a time changes controllers or hardware, as in ros2_control.
-        self._changing = threading.Lock()
+        self._changing, self._jaws = threading.Lock(), threading.Lock()
         self._uploads = _PointUploads()
         self.goals = ControllerGoals()
         self.handlers: Mapping[type[m.Command], Handler] = {
@@ -187,8 +188,7 @@ class ClientControllers:
             raise _EndedError
         if run.claim.stopped:
             raise run.claim.refuse(_SWITCHING)
-        stack = self._arm.stack
-        return switch(stack, self._arm.session.clock.now(), *request)
+        return run.switch(self._arm, *request)
 
     def _switch_idle(self, request: Any) -> Switch:
         """Switch controllers that command nothing."""
@@ -242,15 +242,27 @@ class ClientControllers:
         goal = replace(command.goal, trajectory=trajectory, collision_checked=False)
 
         def work() -> int:
-            prepared = self._get(name, JointTrajectoryController).prepare(goal)
+            arm, controller = self._arm, self._get(name, JointTrajectoryController)
+            prepared = controller.prepare(goal)
+            planned = can_be_planned(arm, controller, prepared)
+            if not planned:
+                slower, speed = slowed(arm, controller, goal.trajectory)
+                prepared = controller.prepare(replace(goal, trajectory=slower), speed)
 
-            def send() -> int:
-                self._require_running(name)
+            def send() -> tuple[int, PlannedGoal | None]:
+                run = self._require_running(name)
                 controller = self._get(name, JointTrajectoryController)
-                handle = controller.send_goal(prepared, self._arm.session.clock.now())
-                return self.goals.add(name, handle)
+                if not planned:
+                    handle = controller.send_goal(prepared, arm.session.clock.now())
+                    return self.goals.add(name, handle), None
+                run.following = PlannedGoal(arm, controller, prepared)
+                return self.goals.add(name, run.following.handle), run.following
 
-            return self._between(f"a goal for {name}", send)
+            number, following = self._between(f"a goal for {name}", send)
+            if following is not None:
+                # The request is answered meanwhile.
+                threading.Thread(target=following.plan, name="bioscara-goal", daemon=True).start()
+            return number
 
         return Later(work, m.ControllerGoal)
 
@@ -259,7 +271,9 @@ class ClientControllers:
         trajectory = self._uploads.completed(command.upload, command.trajectory)
 
         def work() -> None:
-            prepared = self._get(name, JointTrajectoryController).prepare_trajectory(trajectory)
+            controller = self._get(name, JointTrajectoryController)
+            slower, speed = slowed(self._arm, controller, trajectory)
+            prepared = controller.prepare_trajectory(slower, speed)
 
             def send() -> None:
                 self._require_running(name)
@@ -273,13 +287,14 @@ class ClientControllers:
     def _move_gripper(self, _: Client, command: m.SendGripperGoal, __: int) -> Later:
         name = command.controller
 
-        def send() -> int:
-            run = self._require_running(name)
-            controller = self._get(name, GripperActionController)
-            handle = send_gripper_goal(self._arm, run, controller, command.goal)
-            return self.goals.add(name, handle)
+        def work() -> int:
+            with self._jaws:
+                run = self._require_running(name)
+                controller = self._get(name, GripperActionController)
+                handle = send_gripper_goal(self._arm, run, controller, command.goal)
+                return self._between(f"a goal for {name}", lambda: self.goals.add(name, handle))
 
-        return Later(lambda: self._between(f"a goal for {name}", send), m.ControllerGoal)
+        return Later(work, m.ControllerGoal)
 
     def _trigger(self, _: Client, command: m.TriggerHoming, __: int) -> Later:
         name = command.controller
@@ -364,9 +379,7 @@ class ClientControllers:
 
     def _between(self, name: str, work: Callable[[], T]) -> T:
         """Call a function between two cycles, in their thread; return its result."""
-        operation = BetweenCycles(name, lambda _: work(), frozenset())
-        self._arm.begin(operation)
-        return operation.result(_PATIENCE)
+        return between_cycles(self._arm, name, work)
 
     def _alone(self, work: Callable[[], T]) -> Callable[[], T]:
         """Return a function that waits for the end of other changes first."""

@@ -7,12 +7,15 @@ import time
 
 from bioscara.api.messages import ControllersSample, GripperStatus, TrajectoryStatus
 from bioscara.control.controllers.controller import AnyController
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.loop.loop import CycleReport
 from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
 from bioscara.server.controllers.controller_goals import ControllerGoals
+
+EXECUTING = GoalStatus.EXECUTING
 
 
 class ControllerSampler:
@@ -59,7 +62,7 @@ class ControllerSampler:
         return None
 
     def _trajectory(self, controller: JointTrajectoryController) -> TrajectoryStatus | None:
-        state, feedback = controller.controller_state, controller.feedback
+        state, feedback, goal = controller.controller_state, controller.feedback, controller.goal
         if state is None or feedback is None:
             return None
         return TrajectoryStatus(
@@ -73,7 +76,8 @@ class ControllerSampler:
             output=state.output,
             scaling=state.speed_scaling_factor,
             point=feedback.point,
-            goal=self._goals.number(controller.goal),
+            # One that waits to be planned has no progress.
+            goal=self._goals.number(goal) if goal and goal.status is EXECUTING else None,
         )
 
     def _gripper(self, controller: GripperActionController) -> GripperStatus:

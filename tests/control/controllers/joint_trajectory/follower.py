@@ -49,7 +49,11 @@ class Follower:
 
     def __init__(self, world: World, **parameters: Any) -> None:
         self.world, self.clock = world, world.clock
-        parameters = {"joints": NAMES, "command_interfaces": BOTH, **parameters}
+        # Without the wait for rest, which has tests of its own: ends are exact to a cycle then.
+        constraints = {"stopped_time": 0.0, **parameters.pop("constraints", {})}
+        parameters = {
+            "joints": NAMES, "command_interfaces": BOTH, "constraints": constraints, **parameters,
+        }  # fmt: skip
         self.jtc: JointTrajectoryController = world.load("jtc", TYPE, **parameters)
         self.seen: list[Seen] = []
         world.switch("jtc")

@@ -65,6 +65,7 @@ def test_rule_36_legal_interfaces_move_the_arm(
         (
             {"constraints": {"j1": 1.0}},
             "constraints.j1 is not a known parameter; known here: stopped_velocity_tolerance, "
+            "stopped_time, "
             "goal_time, decelerate_on_cancel, least_time_on_cancel, a group for each joint",
         ),
         (

@@ -28,7 +28,7 @@ from bioscara.control.controllers.joint_trajectory.trajectory_parameters import 
     JointConstraints,
 )
 from bioscara.planning import Sample
-from control.controllers.joint_trajectory.follower import NOTHING, Follower
+from control.controllers.joint_trajectory.follower import BRAKES, NOTHING, Follower
 
 JOINTS = ("a", "b")
 EMPTY = JointTrajectory(JOINTS, ())
@@ -54,7 +54,7 @@ def test_rule_29_a_tolerance_of_0_is_not_checked_and_a_joint_that_moves_has_not_
         monitor = ToleranceMonitor(JOINTS, velocity=True)
         monitor.tolerances = default
         assert monitor.before_the_end(error, 1.0) is None
-        return monitor.after_the_end(error, 5.0)
+        return monitor.after_the_end(error, 5.0, stopped=True)
 
     for speed in (0.011, -0.011):
         assert at_end(speed) is None
@@ -186,6 +186,39 @@ def test_rule_32_succeeds_inside_goal_tolerance_not_before_the_last_point(arm: F
     assert 0.995 < arm.now - begin < 1.03
     assert (goal.status, goal.error_code) == (GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL)
     assert goal.text == "Goal successfully reached!"
+
+
+def test_rule_32_succeeds_once_the_joints_have_stood_for_a_tenth_of_a_second(
+    follower: Callable[..., Follower],
+) -> None:
+    # Positions alone: velocities at the end are no error then.
+    arm = follower(command_interfaces=("position",), constraints={"stopped_time": 0.1})
+    # Twice as fast as the joint can be: the commands arrive long after the last point.
+    goal, end = arm.send(arm.move(0.5, 0.5)), arm.now + 0.5
+    stood = 0.0
+    while not goal.done:
+        before = arm.seen[-1]
+        now = arm.step()
+        still = now.positions == pytest.approx(before.positions, abs=1e-9)
+        stood = stood + 0.01 if still else 0.0
+        assert arm.now - end < 5.0
+    assert arm.now > end + 0.3
+    assert stood >= 0.1
+    assert (goal.status, goal.text) == (GoalStatus.SUCCEEDED, "Goal successfully reached!")
+
+
+def test_rule_23_a_cancelled_goal_ends_once_the_joints_stand(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(constraints={"stopped_time": 0.1, **BRAKES})
+    goal = arm.send(arm.move(0.5, 2.0))
+    arm.run(1.0)
+    arm.jtc.cancel(arm.now)
+    assert not goal.done
+    arm.finish(goal)
+    assert goal.status is GoalStatus.CANCELED
+    rest = [each.positions for each in arm.seen[-9:]]
+    assert rest == [rest[0]] * 9
 
 
 def test_rule_32_not_while_one_joint_is_outside(arm: Follower) -> None:

@@ -132,7 +132,7 @@ def test_a_stop_holds_the_jaws_and_ends_their_goal(jaws: Site) -> None:
     assert low < high
 
 
-def test_the_jaws_do_not_move_while_the_arm_does_nor_with_a_load(left: Site) -> None:
+def test_the_jaws_move_beside_a_planned_goal_and_at_once_after_it(left: Site) -> None:
     controllers = left.robot.controllers
     controllers.set_hardware_state("bioscara_gripper", "active")
     left.load("gripper_controller", GRIPPER, {"joint": "gripper"})
@@ -140,14 +140,53 @@ def test_the_jaws_do_not_move_while_the_arm_does_nor_with_a_load(left: Site) -> 
     controllers.switch(["gripper_controller", POSITION_JTC])
     goal = left.follow(POSITION_JTC, time=6.0)
     left.moving()
-    with pytest.raises(GoalRejectedError, match="moves, and the stroke of the jaws"):
-        controllers.move_gripper("gripper_controller", GripperGoal((0.04,)))
-    controllers.cancel(POSITION_JTC, goal)
-    eventually(lambda: left.speed < 1e-3)
-    left.passed(1.0)
+    jaws = left.ended(controllers.move_gripper("gripper_controller", GripperGoal((0.05,))))
+    assert jaws.status == "succeeded"
+    assert left.speed > 0.01
+    assert left.ended(goal).status == "succeeded"
+    jaws = left.ended(controllers.move_gripper("gripper_controller", GripperGoal((0.04,))))
+    assert jaws.status == "succeeded"
+    # A stream may lead anywhere.
+    controllers.stream(POSITION_JTC, left.trajectory((-0.3, 0.0, 0.0, 0.0), time=6.0))
+    left.moving()
+    with pytest.raises(GoalRejectedError, match="moves, and on no course that is known"):
+        controllers.move_gripper("gripper_controller", GripperGoal((0.05,)))
+
+
+def test_a_stroke_that_is_not_clear_along_a_goal_is_refused(left: Site) -> None:
+    controllers = left.robot.controllers
+    controllers.set_hardware_state("bioscara_gripper", "active")
+    left.load("gripper_controller", GRIPPER, {"joint": "gripper"})
+    left.load(POSITION_JTC, **parameter_file()[POSITION_JTC])
+    controllers.switch(["gripper_controller"])
+    left.ended(controllers.move_gripper("gripper_controller", GripperGoal((0.04,))))
+    eventually(lambda: left.robot.workspace.widths[1] < 0.05)
+    controllers.switch((), ["gripper_controller"])
+    eventually(lambda: not left.robot.is_moving)
+    here = left.robot.state.positions
+    # Beside the path near its end, where only open jaws would be too near.
+    x, y, z, yaw = left.robot.kinematics.forward((here[0] + 0.3, *here[1:]))
+    beside = (x - 0.055 * math.sin(yaw), y + 0.055 * math.cos(yaw))
+    ahead = (beside[0] - 0.02 * math.cos(yaw), beside[1] - 0.02 * math.sin(yaw))
+    low, high = ([value + sign * 0.002 for value in ahead] for sign in (-1.0, 1.0))
+    left.robot.scene = Scene((Box("post", (*low, z - 0.05), (*high, z + 0.05)),))
+    controllers.switch(["gripper_controller", POSITION_JTC])
+    goal = left.follow(POSITION_JTC, (0.3, 0.0, 0.0, 0.0), time=6.0)
+    left.moving()
+    with pytest.raises(ZoneError, match="post"):
+        controllers.move_gripper("gripper_controller", GripperGoal((0.11,)))
+    assert left.ended(goal).status == "succeeded"
+    assert left.robot.workspace.widths[1] < 0.05
+
+
+def test_the_jaws_do_not_move_with_a_load(left: Site) -> None:
+    controllers = left.robot.controllers
+    controllers.set_hardware_state("bioscara_gripper", "active")
+    left.load("gripper_controller", GRIPPER, {"joint": "gripper"})
+    controllers.switch(["gripper_controller"])
     ended = left.ended(controllers.move_gripper("gripper_controller", GripperGoal((0.04,))))
     assert ended.status == "succeeded"
-    controllers.switch((), ["gripper_controller", POSITION_JTC])
+    controllers.switch((), ["gripper_controller"])
     eventually(lambda: not left.robot.is_moving)
 
 

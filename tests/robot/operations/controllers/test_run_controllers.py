@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,12 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import LifecycleState
+from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Box, Scene
+from bioscara.robot.operations.controllers import planned_goal
+from bioscara.robot.operations.controllers.goal_course import course_of
 from bioscara.robot.operations.controllers.run_controllers import RunControllers
+from bioscara.robot.planner import Planner
 from bioscara.sim import SimulatedArm
 from client_controllers import (
     FORWARD,
@@ -46,6 +51,7 @@ from client_controllers import (
     Site,
     parameter_file,
     site,
+    values_of,
 )
 from served import HALF, RawClient, eventually, own_robot
 from simulated import NEAR
@@ -227,7 +233,8 @@ def test_the_speed_override_and_the_scaling_of_a_controller_multiply(left: Site)
     begin = left.newest.time
     goal = left.follow(POSITION_JTC, time=2.0)
     left.moving()
-    eventually(lambda: left.newest.controllers[0].scaling == pytest.approx(0.25))  # type: ignore[union-attr]
+    # And with the share by which the speed limit slows the goal down.
+    eventually(lambda: 0.1 < left.newest.controllers[0].scaling < 0.25)  # type: ignore[union-attr]
     assert left.ended(goal).status == "succeeded"
     assert left.newest.time - begin > 7.0
     with pytest.raises(GoalRejectedError, match="negative"):
@@ -240,19 +247,60 @@ def test_the_speed_override_and_the_scaling_of_a_controller_multiply(left: Site)
     assert left.newest.time - begin < 5.0
 
 
-def test_a_client_cannot_declare_its_path_clear(left: Site) -> None:
+@pytest.mark.parametrize("wait", [0.0, 0.5], ids=["planned", "with a stamp"])
+def test_a_client_cannot_declare_its_path_clear(left: Site, wait: float) -> None:
     here = left.robot.state.positions
     x, y, z, _ = left.robot.kinematics.forward((here[0] + 0.6, *here[1:]))
     low, high = (x - 0.03, y - 0.03, z - 0.1), (x + 0.03, y + 0.03, z + 0.1)
     left.robot.scene = Scene((Box("rack", low, high),))
     left.activated(POSITION_JTC)
-    goal = left.follow(POSITION_JTC, (0.6, 0.0, 0.0, 0.0), time=6.0, collision_checked=True)
-    ended = left.ended(goal)
+    trajectory = left.trajectory((0.6, 0.0, 0.0, 0.0), time=6.0)
+    stamp = left.newest.time + wait if wait else 0.0
+    goal = Goal(replace(trajectory, stamp=stamp), collision_checked=True)
+    ended = left.ended(left.robot.controllers.follow(POSITION_JTC, goal))
     assert ended.status == "aborted"
     assert "rack" in ended.text
     eventually(lambda: left.speed < 1e-3)
-    assert left.positions[0] < here[0] + 0.55
+    # A planned one has not begun.
+    assert left.positions[0] < here[0] + (0.55 if wait else 1e-3)
     assert left.robot.faults == ()
+
+
+def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
+    left: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left.robot.controllers.set_hardware_state("bioscara_gripper", "active")
+    left.activated(POSITION_JTC)
+    arm, widths = left.served.robot._arm, []
+
+    def planned(planner: Planner, *given: Any) -> tuple[Trajectory, ...]:
+        widths.append(planner.workspace.widths)
+        if len(widths) == 1:
+            arm.jaws.announce(0.112)
+        return course_of(planner, *given)
+
+    monkeypatch.setattr(planned_goal, "course_of", planned)
+    assert left.ended(left.follow(POSITION_JTC)).status == "succeeded"
+    assert [high for _, high in widths] == [pytest.approx(0.08), 0.112]
+    arm.jaws.withdraw()
+
+
+def test_a_stream_beyond_the_speed_limit_keeps_its_path(left: Site) -> None:
+    left.activated(POSITION_JTC)
+    here, begin = left.robot.state.positions, len(left.samples)
+    left.robot.controllers.stream(POSITION_JTC, left.trajectory(time=1.0))
+    left.moving()
+    eventually(lambda: left.speed < 1e-3)
+    off, scalings = 0.0, set()
+    for sample in left.samples[begin:]:
+        values = values_of(sample)
+        ways = zip(JOINTS, here, STEP, strict=True)
+        share = [(values[f"{joint}/position"] - start) / way for joint, start, way in ways]
+        off = max(off, *(abs(each - share[0]) * STEP[0] for each in share))
+        scalings |= {each.scaling for each in sample.controllers}  # type: ignore[union-attr]
+    # 78 mrad where each joint is bounded alone.
+    assert off < 0.02
+    assert min(scalings) < 0.7
 
 
 def test_velocities_with_gains_follow_a_goal() -> None:
@@ -272,8 +320,10 @@ def test_velocities_with_gains_follow_a_goal() -> None:
         ):
             with pytest.raises(ConfigurationError, match=why):
                 set_parameters(refused)
-        goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=6.0)
+        goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=3.0)
         left.moving()
+        controller = left.served.robot._arm.stack.manager.controller(VELOCITY_JTC)
+        assert (controller.smooth, controller.collision_checked) == (True, False)
         left.robot.stop()
         assert left.ended(goal).status == "aborted"
         left.at_rest()

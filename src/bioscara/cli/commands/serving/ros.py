@@ -31,6 +31,15 @@ _NEEDED = (
 )
 
 
+def own_description() -> str:
+    """Return the description of a node that is given none.
+
+    The robot has the name that it has in the packages of ROS: MoveIt compares it with that of its
+    semantic description.
+    """
+    return URDF.read_text().replace('<robot name="bioscara">', '<robot name="scene">', 1)
+
+
 def run(options: Options) -> int:
     """Run the node of ROS 2 until Ctrl-C.
 
@@ -53,10 +62,8 @@ def run(options: Options) -> int:
         arm = DEFAULT if options.bus else owner_name(options)
         arguments, description = options.ros_arguments, ""
         if not arguments:
-            arguments, description = (
-                ["--ros-args", "--params-file", str(_BRINGUP)],
-                URDF.read_text(),
-            )
+            arguments = ["--ros-args", "--params-file", str(_BRINGUP)]
+            description = own_description()
         node = ControllerManagerNode(arm, arguments, description)
         check = None
         if options.bus:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from bioscara.arguments import number
 from bioscara.control.controllers.controller import WARNINGS, Controller, interfaces
@@ -11,7 +12,9 @@ from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.joint_trajectory.goal_conversion import (
     PreparedGoal,
     PreparedTrajectory,
+    Request,
     accept,
+    points_of,
     prepare,
 )
 from bioscara.control.controllers.joint_trajectory.goal_messages import (
@@ -21,6 +24,7 @@ from bioscara.control.controllers.joint_trajectory.goal_messages import (
     Goal,
     GoalHandle,
     JointTrajectory,
+    Point,
 )
 from bioscara.control.controllers.joint_trajectory.goal_validation import plain, plain_goal
 from bioscara.control.controllers.joint_trajectory.interfaces import Handles
@@ -66,6 +70,10 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self.warnings: deque[str] = deque(maxlen=WARNINGS)
         self._sampler: TrajectorySampler | None = None
         self._share = 1.0
+        # Whether a cancelled goal waits for the joints to stand, and for how long they have.
+        self._cancelled, self._stood = False, 0.0
+        # Times of the points of a goal that is followed on another course than through these [s].
+        self._asked: list[float] = []
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:
@@ -112,12 +120,20 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             _first(feedback.actual, measured),
             _first(feedback.error, measured),
             {handle.name: handle.value for handle in self._handles.commands},
-            self.scaling,
+            self.scaling * self._active().speed,
         )
 
     @property
     def collision_checked(self) -> bool:
-        """Whether the goal that it follows, or followed before it held, was collision-checked."""
+        """Whether the goal that it follows, or followed before it held, was collision-checked.
+
+        Where velocities alone are commanded the joints do not keep to a path closely enough.
+        """
+        return self.smooth and (self._sampler is None or not self._velocity_only)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether that goal is carried out as it was checked, which includes averaging."""
         return self._sampler is None or self._sampler.collision_checked
 
     def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
@@ -162,7 +178,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
                 f"goal_time {constraints.goal_time:g} s"
             )
             timeout = 0.0
-        self._monitor.timeout = timeout
+        self._monitor.timeout, self._monitor.stopped_time = timeout, constraints.stopped_time
         if self._running is None:
             self._monitor.tolerances = self._defaults
         if self._sampler is not None:
@@ -217,14 +233,39 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if self._sampler is not None:
             self._sampler.share = self._share
 
-    def prepare(self, goal: Goal) -> PreparedGoal:
+    def prepare(self, goal: Goal, speed: float = 1.0) -> PreparedGoal:
         """Check the form of a goal, in any thread: with many points that takes some cycles.
+
+        Args:
+            goal: The goal.
+            speed: Share of the speed that was asked for, which its trajectory has; reported only.
 
         Raises:
             GoalRejectedError: It cannot be followed.
         """
         goal = plain_goal(goal)
-        return PreparedGoal(goal, prepare(goal.trajectory, self.parameters))
+        trajectory = prepare(goal.trajectory, self.parameters)._replace(speed=speed)
+        return PreparedGoal(goal, trajectory)
+
+    @property
+    def commanded(self) -> tuple[float, ...]:
+        """Where the joints were sent to; where velocities alone are commanded, where they are."""
+        self._active()
+        return self._handles.commanded()
+
+    def arranged(
+        self, trajectory: PreparedTrajectory, positions: Sequence[float]
+    ) -> Sequence[Point]:
+        """Return the points of a trajectory with a value for each joint, in the controller's order.
+
+        Args:
+            trajectory: The trajectory.
+            positions: Those of joints that it leaves out, and for integration [rad or m].
+
+        Raises:
+            GoalRejectedError: It ends in motion, which the parameters do not permit.
+        """
+        return points_of(trajectory, self.parameters, positions)
 
     def send_goal(self, goal: Goal | PreparedGoal, time: float) -> GoalHandle:
         """Accept a goal; a running one ends ABORTED.
@@ -237,11 +278,58 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             GoalRejectedError: The controller is not active, or the goal breaks a rule; the running
                 goal continues.
         """
+        goal = goal if isinstance(goal, PreparedGoal) else self.prepare(goal)
+        request = self._request(goal, time)
+        self._active().waiting = request
+        return self._replace(goal.goal, GoalStatus.EXECUTING)
+
+    def accept_goal(self, goal: PreparedGoal, time: float) -> GoalHandle:
+        """Accept a goal whose course is not known yet; come to rest, and wait for :meth:`begin`.
+
+        Args:
+            goal: The goal, prepared.
+            time: Now [s].
+
+        Raises:
+            GoalRejectedError: As :meth:`send_goal`.
+        """
+        self._request(goal, time)
         sampler = self._active()
-        goal, trajectory = goal if isinstance(goal, PreparedGoal) else self.prepare(goal)
+        if not self.holding:
+            self._stop(sampler, time)
+        return self._replace(goal.goal, GoalStatus.ACCEPTED)
+
+    def begin(self, handle: GoalHandle, course: PreparedGoal, time: float) -> None:
+        """Begin an accepted goal on its course, at rest; one that has ended is left alone.
+
+        Args:
+            handle: The goal.
+            course: As it is to be carried out, from the commanded positions on, prepared.
+            time: Now [s].
+
+        Raises:
+            GoalRejectedError: As :meth:`send_goal`.
+        """
+        if handle.status is not GoalStatus.ACCEPTED:
+            return
+        self._active().waiting = self._request(course, time)
+        self._asked = [point.time for point in handle.goal.trajectory.points]
+        handle.status = GoalStatus.EXECUTING
+
+    def refuse(self, handle: GoalHandle, reason: str) -> None:
+        """End an accepted goal that cannot be begun; one that has ended is left alone."""
+        if handle.status is GoalStatus.ACCEPTED:
+            handle.end(GoalStatus.ABORTED, ErrorCode.INVALID_GOAL, reason)
+
+    def _request(self, goal: PreparedGoal, time: float) -> Request:
+        """Return the request of a goal; errors as :meth:`send_goal`."""
+        self._active()
         time = number("the time", time, error=GoalRejectedError)
-        request = accept(trajectory, self.parameters, self._handles, self.limits, time)
-        sampler.waiting = request._replace(collision_checked=goal.collision_checked)
+        request = accept(goal.trajectory, self.parameters, self._handles, self.limits, time)
+        return request._replace(collision_checked=goal.goal.collision_checked)
+
+    def _replace(self, goal: Goal, status: GoalStatus) -> GoalHandle:
+        """End a running goal, as another one has been accepted; return that."""
         self._end_goal(
             GoalStatus.ABORTED,
             ErrorCode.INVALID_GOAL,
@@ -250,19 +338,19 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._monitor.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
         if warning:
             self.warnings.append(f"{self.name}: {warning}")
-        self.goal = GoalHandle(goal)
+        self._cancelled, self._asked = False, []
+        self.goal = GoalHandle(goal, status)
         return self.goal
 
-    def prepare_trajectory(self, trajectory: JointTrajectory) -> PreparedTrajectory:
-        """Check the form of a trajectory without a goal, in any thread, as :meth:`prepare`.
-
-        Raises:
-            GoalRejectedError: It cannot be followed.
-        """
+    def prepare_trajectory(
+        self, trajectory: JointTrajectory, speed: float = 1.0
+    ) -> PreparedTrajectory:
+        """Check the form of a trajectory without a goal, otherwise as :meth:`prepare`."""
         trajectory, upsampling = plain(trajectory), self.parameters.positions_upsampling
         if upsampling.enable:
             trajectory = timed(trajectory, upsampling.policy_frequency)
-        return prepare(trajectory, self.parameters, smooth=upsampling.enable)
+        prepared = prepare(trajectory, self.parameters, smooth=upsampling.enable)
+        return prepared._replace(speed=speed)
 
     def send_trajectory(
         self, trajectory: JointTrajectory | PreparedTrajectory, time: float
@@ -281,14 +369,16 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             trajectory = self.prepare_trajectory(trajectory)
         time = number("the time", time, error=GoalRejectedError)
         sampler.waiting = accept(trajectory, parameters, self._handles, self.limits, time)
+        self._asked = []
         if self._running is None:
             self._monitor.tolerances = self._defaults
 
     def cancel(self, time: float) -> None:
-        """End the followed trajectory and come to rest; a running goal ends CANCELED."""
-        self._end_goal(GoalStatus.CANCELED)
+        """End the followed trajectory and come to rest; a running goal ends CANCELED then."""
         if not self.holding:
             self._stop(self._active(), time)
+        self._cancelled, self._stood = self._running is not None, 0.0
+        self._end_if_cancelled(0.0)
 
     def query_state(self, time: float) -> Sample:
         """Return the desired state of the joints at a time.
@@ -310,14 +400,18 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         sampler, handles = self._active(), self._handles
         actual = handles.measured()
         desired, point = sampler.advance(time, period, actual)
+        if self._asked:
+            point = bisect_right(self._asked, sampler.time * sampler.speed)
         error = handles.error(desired, actual, sampler.pace, time)
         # Feedback(...) takes twice as long.
         feedback = _new(Feedback, (time, sampler.time, point, desired, actual, error))
         self.feedback = feedback
-        if self.goal is not None and not self.goal.done:
+        if self.goal is not None and self.goal.status is GoalStatus.EXECUTING:
             self.goal.feedback = feedback
         if not sampler.holding:
             self._end_if_decided(sampler, error, time)
+        elif self._cancelled:
+            self._end_if_cancelled(period)
         ahead, pace = sampler.ahead(), sampler.commanded_pace
         if self._velocity_only:
             handles.write_velocities(ahead, error, self._pids, pace, period)
@@ -331,7 +425,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if overtime < 0.0 or sampler.waiting is not None or not sampler.wanted:
             verdict = self._monitor.before_the_end(error, sampler.time)
         else:
-            verdict = self._monitor.after_the_end(error, overtime)
+            verdict = self._monitor.after_the_end(error, overtime, stopped=self._stopped(sampler))
         if verdict is None:
             return
         if verdict.status is GoalStatus.ABORTED and self._running is None:
@@ -341,6 +435,21 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             sampler.hold(sampler.course.end, time)
         else:
             self._stop(sampler, time)
+
+    def _end_if_cancelled(self, period: float) -> None:
+        """End a cancelled goal once the joints have stood for the time of the parameters."""
+        still = self._active().at_rest and self._stopped(self._active())
+        self._stood = self._stood + period if still else 0.0
+        if self._cancelled and self._stood >= self.parameters.constraints.stopped_time:
+            self._cancelled = False
+            self._end_goal(GoalStatus.CANCELED)
+
+    def _stopped(self, sampler: TrajectorySampler) -> bool:
+        """Whether the joints stand at the end of the course, or the parameters do not ask."""
+        constraints = self.parameters.constraints
+        return not constraints.stopped_time or self._handles.stand_at(
+            sampler.course.end, constraints.stopped_velocity_tolerance
+        )
 
     @property
     def _running(self) -> GoalHandle | None:

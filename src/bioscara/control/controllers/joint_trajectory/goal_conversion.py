@@ -36,12 +36,14 @@ class Request(NamedTuple):
         stamp: When it starts [s]; 0 for its first cycle.
         missing: Indices of the joints that it leaves out.
         collision_checked: Whether the whole path from rest is known to be clear.
+        speed: Share of the speed that was asked for.
     """
 
     course: Interpolator
     stamp: float
     missing: frozenset[int]
     collision_checked: bool = False
+    speed: float = 1.0
 
 
 class Curve(NamedTuple):
@@ -65,11 +67,13 @@ class PreparedTrajectory(NamedTuple):
         trajectory: As sent.
         curve: Its curve; None if that depends on the positions of the arm.
         smooth: Whether a smooth curve is drawn through points that have positions only.
+        speed: Share of the speed that was asked for.
     """
 
     trajectory: JointTrajectory
     curve: Curve | None
     smooth: bool
+    speed: float = 1.0
 
 
 class PreparedGoal(NamedTuple):
@@ -105,6 +109,26 @@ def prepare(
     return PreparedTrajectory(trajectory, curve, smooth)
 
 
+def points_of(
+    prepared: PreparedTrajectory,
+    parameters: JointTrajectoryParameters,
+    commanded: Sequence[float],
+) -> Sequence[Point]:
+    """Return the points of a trajectory in the order of the controller's joints.
+
+    Args:
+        prepared: The trajectory.
+        parameters: The controller's.
+        commanded: Positions of joints that it leaves out, and for integration [rad or m].
+
+    Raises:
+        GoalRejectedError: It ends in motion, which the parameters do not permit.
+    """
+    if prepared.curve is not None:
+        return prepared.curve.points
+    return arranged(prepared.trajectory, parameters, commanded)
+
+
 def accept(
     prepared: PreparedTrajectory,
     parameters: JointTrajectoryParameters,
@@ -130,7 +154,7 @@ def accept(
     curve = prepared.curve or _curve(trajectory, parameters, commanded, smooth=prepared.smooth)
     check_limits(curve.points, curve.within, parameters, limits, commanded, measured)
     missing = {index for index, name in enumerate(parameters.joints) if name not in names}
-    return Request(curve.course, trajectory.stamp, frozenset(missing))
+    return Request(curve.course, trajectory.stamp, frozenset(missing), speed=prepared.speed)
 
 
 def _curve(

@@ -12,6 +12,8 @@ from bioscara.planning import Sample
 
 _new = tuple.__new__
 _value = attrgetter("value")
+_SENT = 1e-5
+"""Distance from its end at which a position counts as sent [rad or m]: averages leave a rest."""
 _OLDEST = 0.1
 """Age up to which a measurement is compared with the past [s]; a watchdog acts long before."""
 
@@ -58,6 +60,22 @@ class Handles:
             if math.isfinite(handle.value):
                 measured[index] = handle.value
         return tuple(measured)
+
+    def stand_at(self, end: Sequence[float], tolerance: float) -> bool:
+        """Whether the joints stand, and were sent nothing but where they are to rest.
+
+        Args:
+            end: Where that is [rad or m].
+            tolerance: Speed that counts as none [rad/s or m/s]; 0 for any.
+        """
+        if any(
+            abs(handle.value - there) > _SENT
+            for handle, there in zip(self._positions, end, strict=False)
+        ):
+            return False
+        sent = () if self._positions else self._velocities
+        speeds = [each.value for each in (*self._velocity_states, *sent)]
+        return not tolerance or all(abs(speed) <= tolerance for speed in speeds)
 
     def fully_commanded(self) -> bool:
         """Whether positions are commanded and every command is a number."""

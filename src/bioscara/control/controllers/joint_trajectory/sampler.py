@@ -39,6 +39,7 @@ class TrajectorySampler:
         share: Share of the chosen scaling to change to.
         collision_checked: Whether the trajectory that it follows, or followed before it held, is
             known to be clear.
+        speed: Share of the speed that was asked for, on the followed trajectory.
     """
 
     def __init__(
@@ -51,7 +52,7 @@ class TrajectorySampler:
         self._desired_start = parameters.interpolate_from_desired_state
         self._period, self._now = period, time
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
-        self.share, self.collision_checked = 1.0, True
+        self.share, self.collision_checked, self.speed = 1.0, True, 1.0
         self._rate = 0.0
         self.change(parameters)
         self.waiting: Request | None = None
@@ -165,7 +166,7 @@ class TrajectorySampler:
 
     def hold(self, positions: Sequence[float], time: float) -> None:
         """Stay at ``positions`` [rad or m] from ``time`` [s] on."""
-        self.course = standstill(positions)
+        self.course, self.speed = standstill(positions), 1.0
         self.holding, self.waiting, self._pausing = True, None, None
         self.time, self._now = 0.0, time
         self._commanded, self.commanded_pace = self.course.sample(0.0).values, 1.0
@@ -217,7 +218,7 @@ class TrajectorySampler:
 
     def _take(self, request: Request, measured: Sample) -> None:
         """Begin the waiting request, unless the running trajectory is kept up to its start."""
-        course, stamp, missing, collision_checked = request
+        course, stamp, missing, collision_checked, speed = request
         running = self.course
         begin = self._now - stamp if stamp else 0.0
         bridge = self._splices and not self.holding and running.continuable
@@ -233,4 +234,4 @@ class TrajectorySampler:
             self.course = Spliced(course, missing, running, self.time - begin)
         # If it begins in motion, the path to its first point was not planned.
         self.collision_checked = collision_checked and not bridge
-        self.time, self.waiting, self.holding = begin, None, False
+        self.time, self.waiting, self.holding, self.speed = begin, None, False, speed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -67,13 +68,15 @@ class ToleranceMonitor:
     Attributes:
         tolerances: Of the followed trajectory.
         timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
+        stopped_time: Time for which the joints have to stand within their tolerances [s].
     """
 
-    __slots__ = ("_joints", "_velocity", "timeout", "tolerances")
+    __slots__ = ("_arrived", "_joints", "_velocity", "stopped_time", "timeout", "tolerances")
 
     def __init__(self, joints: Sequence[str], *, velocity: bool) -> None:
         self._joints, self._velocity = tuple(joints), velocity
-        self.timeout = 0.0
+        self.timeout = self.stopped_time = 0.0
+        self._arrived = math.inf
         self.tolerances: TrajectoryTolerances
 
     def before_the_end(self, error: Sample, time: float) -> TrajectoryResult | None:
@@ -83,6 +86,7 @@ class ToleranceMonitor:
             error: Desired minus measured.
             time: Time since the trajectory's start [s], for the message.
         """
+        self._arrived = math.inf
         violation = violated(self.tolerances.path, error, velocity=self._velocity)
         if violation is None:
             return None
@@ -93,16 +97,22 @@ class ToleranceMonitor:
             f"{time:.3f} s into the trajectory",
         )
 
-    def after_the_end(self, error: Sample, overtime: float) -> TrajectoryResult | None:
+    def after_the_end(
+        self, error: Sample, overtime: float, *, stopped: bool
+    ) -> TrajectoryResult | None:
         """Return how a trajectory ended after its last point, or None while its end is awaited.
 
         Args:
             error: Desired minus measured.
             overtime: Time since the last point's [s], not negative.
+            stopped: Whether the joints stand, and are sent nothing but the end.
         """
         goal_time = self.tolerances.goal_time
         violation = violated(self.tolerances.goal, error, velocity=self._velocity)
-        if violation is None:
+        if violation is not None or not stopped:
+            self._arrived = math.inf
+        self._arrived = min(self._arrived, overtime)
+        if violation is None and overtime - self._arrived >= self.stopped_time:
             return TrajectoryResult(
                 GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!"
             )
@@ -115,7 +125,7 @@ class ToleranceMonitor:
         return TrajectoryResult(
             GoalStatus.ABORTED,
             ErrorCode.GOAL_TOLERANCE_VIOLATED,
-            f"{why}: {self._describe(violation)}",
+            f"{why}: {self._describe(violation) if violation else 'the joints do not stand'}",
         )
 
     def _describe(self, violation: Violation) -> str:

@@ -56,6 +56,8 @@ class Constraints(Checked):
 
     Attributes:
         stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s].
+        stopped_time: Time for which the joints have to stand within their tolerances before a goal
+            has succeeded, and to stand before it is cancelled [s]; 0 does not wait for that.
         goal_time: Permitted delay after the planned arrival [s]; 0 waits without limit.
         decelerate_on_cancel: Whether a cancelled goal ends on a ramp, and a pause begins with one.
         least_time_on_cancel: Shortest duration of the ramp of a collision-checked trajectory [s].
@@ -64,6 +66,7 @@ class Constraints(Checked):
     """
 
     stopped_velocity_tolerance: NotNegative = 0.01
+    stopped_time: NotNegative = 0.1
     goal_time: NotNegative = 0.0
     decelerate_on_cancel: Flag = False
     least_time_on_cancel: NotNegative = 0.0

@@ -1,23 +1,21 @@
 """Goals that clients' controllers take only under conditions of the whole arm.
 
-Called between two cycles while :class:`RunControllers` runs; a refused one moves nothing.
+Sent while :class:`RunControllers` runs; a refused one moves nothing.
 """
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.gripper_messages import GripperGoal, GripperGoalHandle
 from bioscara.control.controllers.homing_controller import HomingController, HomingGoal
-from bioscara.errors import GoalRejectedError, LifecycleError, NotHomedError
+from bioscara.errors import GoalRejectedError, LifecycleError
+from bioscara.planning import Trajectory
 from bioscara.robot.arm import Arm
+from bioscara.robot.operations.between_cycles import between_cycles
+from bioscara.robot.operations.controllers.planned_goal import moving_joint
 from bioscara.robot.operations.controllers.run_controllers import RunControllers
 from bioscara.robot.operations.motions.homing_order import require_homing_of
-from bioscara.robot.planner import Planner
-
-_AT_REST = 1e-3
-"""Share of its highest speed below which a joint counts as not moved."""
+from bioscara.robot.operations.motions.move_gripper import check_along, check_standing
 
 
 def trigger_homing(
@@ -65,7 +63,9 @@ def trigger_homing(
 def send_gripper_goal(
     arm: Arm, run: RunControllers, controller: GripperActionController, goal: GripperGoal
 ) -> GripperGoalHandle:
-    """Move the jaws, if the whole stroke is clear where the arm rests.
+    """Move the jaws, if the whole stroke is clear where the arm rests, or along its motion.
+
+    Called in a thread of its own, one goal at a time.
 
     Args:
         arm: The arm.
@@ -74,29 +74,59 @@ def send_gripper_goal(
         goal: The goal.
 
     Raises:
-        GoalRejectedError: As of the controller; or the arm moves.
+        GoalRejectedError: As of the controller; or the arm moves, and not on a planned course.
         LifecycleError: The jaws hold a load.
         ZoneError: The clearance of a jaw would be too small.
         GripperError: The width cannot be stored against a loss of power.
     """
-    goal, stack = controller.check(goal), arm.stack
+    goal = controller.check(goal)
     (width,) = goal.position
     if (load := arm.workspace.load) is not None:
         raise LifecycleError(f"the jaws hold {load.name}; detach() declares that they are empty")
-    for joint in stack.manager.limiter.joints.values():
-        if joint.commanded and abs(joint.speed) > _AT_REST * joint.max_velocity:
-            raise GoalRejectedError(
-                f"{controller.name}: {joint.name} moves, and the stroke of the jaws is checked "
-                "where the arm rests; send the goal when it does"
-            )
-    with suppress(NotHomedError):
-        Planner(arm.workspace, arm.positions).check_width(width)
-    # The disk may take longer than a cycle, which harms nothing while the arm is at rest.
-    arm.session.gripper.keep(width)
-    arm.jaws.begin_travel(width)
-    # Motion of the arm that begins from now on keeps clear of the whole stroke.
-    stack.use_workspace(arm.workspace)
-    stack.loop.restart()
+    name, before = f"a goal for {controller.name}", arm.workspace
+    # Before the motion is looked at: one that begins later is planned for the stroke.
+    arm.jaws.announce(width)
+    try:
+        course = between_cycles(arm, name, lambda: _course(arm, run, controller))
+        if course:
+            check_along(arm, course, before)
+        else:
+            check_standing(arm, before, width)
+        arm.session.gripper.keep(width)
+        return between_cycles(arm, name, lambda: _send(arm, run, controller, goal))
+    except BaseException:
+        arm.jaws.withdraw()
+        raise
+
+
+def _send(
+    arm: Arm, run: RunControllers, controller: GripperActionController, goal: GripperGoal
+) -> GripperGoalHandle:
+    """Send a checked goal, between two cycles."""
+    _course(arm, run, controller)
+    arm.stack.supervisor.require_clear()
     handle = controller.send_goal(goal)
+    arm.jaws.begin_travel(goal.position[0])
+    # Motion of the arm that begins from now on keeps clear of the whole stroke.
+    arm.stack.use_workspace(arm.workspace)
     run.jaws = controller, handle
     return handle
+
+
+def _course(
+    arm: Arm, run: RunControllers, controller: GripperActionController
+) -> tuple[Trajectory, ...]:
+    """Return the planned course on which the arm moves; empty while it rests.
+
+    Raises:
+        GoalRejectedError: It moves otherwise.
+    """
+    name, following = moving_joint(arm), run.following
+    if following is not None and not following.handle.done and following.course:
+        return following.course
+    if name is None:
+        return ()
+    raise GoalRejectedError(
+        f"{controller.name}: {name} moves, and on no course that is known beforehand, so that the "
+        "stroke of the jaws cannot be checked; send the goal when the arm rests"
+    )

@@ -19,6 +19,7 @@ from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import HOLD, OWN, Stack
 from bioscara.robot.operations.arbiter import EVERYTHING
+from bioscara.robot.operations.controllers.planned_goal import PlannedGoal
 from bioscara.robot.operations.execution import MotionExecution
 from bioscara.robot.operations.motions.move_gripper import store_width
 from bioscara.robot.operations.operation import Cycles, Operation
@@ -42,6 +43,7 @@ class RunControllers(Operation[None]):
     Attributes:
         switched: The first switch, once it was carried out; its error if it was refused.
         jaws: The controller that moves the jaws, and its goal, until they rest; else None.
+        following: The last goal of a trajectory controller that was planned; None before.
     """
 
     devices = EVERYTHING
@@ -55,6 +57,7 @@ class RunControllers(Operation[None]):
         self._scalings: dict[str, float] = {}
         self.switched: Future[Switch] = Future()
         self.jaws: tuple[GripperActionController, GripperGoalHandle] | None = None
+        self.following: PlannedGoal | None = None
         self.when_done(self._end_switch)
 
     def cycles(self, arm: Arm) -> Cycles[None]:
@@ -101,6 +104,16 @@ class RunControllers(Operation[None]):
         yield from execution.run(
             lambda: stack.supervisor.stopper.at_rest(clock.now(), since), Phase.CONTROLLERS
         )
+
+    def switch(
+        self, arm: Arm, activate: Sequence[str], deactivate: Sequence[str], strictness: Strictness
+    ) -> Switch:
+        """Switch further controllers; arguments and errors as of :func:`switch`."""
+        switched = switch(arm.stack, arm.session.clock.now(), activate, deactivate, strictness)
+        for controller in switched.deactivate:
+            # Also of one that was activated again at once.
+            self._scalings.pop(controller.name, None)
+        return switched
 
     def set_scaling(self, controller: JointTrajectoryController, factor: float) -> None:
         """Choose the share of the planned speed of a controller, until it is deactivated.

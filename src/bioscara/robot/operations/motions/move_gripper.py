@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
 
@@ -22,6 +23,7 @@ from bioscara.errors import (
     MotionTimeoutError,
     NotHomedError,
 )
+from bioscara.planning import Trajectory
 from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import GRIPPER, Device
@@ -73,18 +75,11 @@ class MoveGripper(Operation[GripperResult]):
         arm.jaws.announce(self._width)
         self._checked = motion = _arm_motion(arm, self)
         if motion is None:
-            _check_standing(arm, before, self._width)
+            check_standing(arm, before, self._width)
             return
         if motion.plan is None:
             raise motion.claim.refuse(self.name)
-        planner = Planner(arm.workspace, arm.positions)
-        kinematics, scene = planner.kinematics, planner.workspace.surroundings
-        for path in motion.paths:
-            # The check of a path tolerates too little clearance at its start: there the jaws
-            # are checked separately.
-            start = start_of(path, planner)
-            scene.check_standing(kinematics, start, before.surroundings)
-            scene.check(kinematics, path, start)
+        check_along(arm, motion.paths, before)
         # Here, as the disk may take longer than a cycle of the arm's motion.
         arm.session.gripper.keep(self._width)
 
@@ -126,7 +121,7 @@ class MoveGripper(Operation[GripperResult]):
         # One that began since is planned for the travel, but tolerates too little clearance at its
         # start; and a servo that was not driven had the jaws anywhere.
         before = arm.workspace.with_widths(*arm.jaws.present())
-        _check_standing(arm, before, self._width, motion)
+        check_standing(arm, before, self._width, motion)
         yield from self._store(arm)
 
     def _store(self, arm: Arm) -> Cycles[None]:
@@ -207,7 +202,28 @@ def _arm_motion(arm: Arm, operation: Operation[GripperResult]) -> FollowTrajecto
     return None
 
 
-def _check_standing(
+def check_along(arm: Arm, paths: Iterable[Trajectory], before: Workspace) -> None:
+    """Check an announced travel of the jaws along motions that the arm makes.
+
+    Args:
+        arm: The arm.
+        paths: The motions.
+        before: The workspace without the travel.
+
+    Raises:
+        ZoneError: The clearance of a jaw would be too small.
+    """
+    planner = Planner(arm.workspace, arm.positions)
+    kinematics, scene = planner.kinematics, planner.workspace.surroundings
+    for path in paths:
+        # The check of a path tolerates too little clearance at its start: there the jaws are
+        # checked separately.
+        start = start_of(path, planner)
+        scene.check_standing(kinematics, start, before.surroundings)
+        scene.check(kinematics, path, start)
+
+
+def check_standing(
     arm: Arm, before: Workspace, width: float, motion: FollowTrajectory | None = None
 ) -> None:
     """Check the travel of the jaws where the arm stands, or where its motion begins.
