@@ -40,9 +40,10 @@ class JointConstraints(Checked):
     """Permitted deviations of one joint; 0 is unchecked.
 
     Attributes:
-        trajectory: On the path [rad or m].
-        goal: At the end [rad or m].
-        max_deceleration_on_cancel: For the ramp after a cancel and to a pause [rad/s^2 or m/s^2].
+        trajectory: Permitted deviation of the joint on the path [rad or m].
+        goal: Permitted deviation of the joint at the end [rad or m].
+        max_deceleration_on_cancel: Deceleration of the joint on the ramp after a cancel and to a
+            pause [rad/s^2 or m/s^2].
     """
 
     trajectory: NotNegative = 0.0
