@@ -32,6 +32,8 @@ RECORDED = {
     "moveit_ros_move_group": "move_group",
     "moveit_setup_assistant": "moveit_setup_assistant",
     "robot_state_publisher": "robot_state_publisher",
+    "ros_gz_bridge": "parameter_bridge",
+    "ros_gz_sim": "create",
     "rqt_joint_trajectory_controller": "rqt_joint_trajectory_controller",
     "rviz2": "rviz2",
 }
@@ -49,6 +51,21 @@ os.write(file, line.encode())
 while True:
     signal.pause()
 """
+_GAZEBO = """
+import json, os
+from launch import LaunchDescription
+from launch.actions import OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+def record(context):
+    value = lambda name: LaunchConfiguration(name).perform(context)
+    path = context.environment["GZ_SIM_RESOURCE_PATH"]
+    words = [value("gz_args"), value("on_exit_shutdown"), path]
+    with open(context.environment["RECORD"], "a") as file:
+        file.write(json.dumps(["gz_sim", words, []]) + chr(10))
+def generate_launch_description():
+    return LaunchDescription([OpaqueFunction(function=record)])
+"""
+"""Stands for the launch file that starts Gazebo."""
 _SRDFDOM = "class SRDF:\n    pass\n"
 """MoveIt's launch files import it for virtual joints, of which our SRDF has none."""
 ENDING = 15.0
@@ -195,6 +212,9 @@ def _make_recorders(folder: Path) -> None:
         marker.touch()
         path.write_text(_RECORDER)
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    gazebo = folder / "share/ros_gz_sim/launch/gz_sim.launch.py"
+    gazebo.parent.mkdir(parents=True)
+    gazebo.write_text(_GAZEBO)
     (folder / "srdfdom").mkdir()
     (folder / "srdfdom/__init__.py").touch()
     (folder / "srdfdom/srdf.py").write_text(_SRDFDOM)

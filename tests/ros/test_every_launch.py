@@ -158,7 +158,8 @@ def test_an_arm_that_another_process_owns(site: Rig, prefix: Path) -> None:
 
 
 def test_the_arm_with_moveit(site: Rig, prefix: Path) -> None:
-    given = {"use_mock_hardware": "true", "homed": "true", "namespace": "left", "debug": "false"}
+    given = {"use_mock_hardware": "true", "homed": "true", "namespace": "left", "debug": "false",
+             "table": "false"}  # fmt: skip
     with (
         launched(site, prefix, MOVEIT.name, "complete", **given) as run,
         site.clients() as ros,
@@ -174,6 +175,8 @@ def test_the_arm_with_moveit(site: Rig, prefix: Path) -> None:
         for name, (given_words, _) in shown.items():
             assert "__ns:=/left" in given_words, name
         assert any("robot_description_kinematics" in text for text in texts)
+        model = description(shown["move_group"][1])
+        assert model.find("link[@name='table']") is None
         moved(ros, VELOCITY, JOINTS)
 
 
@@ -182,7 +185,9 @@ def test_move_group_has_the_description_and_does_not_publish_it(site: Rig, prefi
     with launched(site, prefix, MOVEIT.name, "move_group") as run:
         _, texts = run.recorded("move_group")["move_group"]
     (parameters,) = (yaml.full_load(text)["/**"]["ros__parameters"] for text in texts)
-    assert ET.fromstring(parameters["robot_description"]).attrib["name"] == "scene"
+    model = ET.fromstring(parameters["robot_description"])
+    assert model.attrib["name"] == "scene"
+    assert model.find("link[@name='table']") is not None
     assert ET.fromstring(parameters["robot_description_semantic"]).attrib["name"] == "scene"
     assert not parameters["publish_robot_description"]
     assert parameters["publish_robot_description_semantic"]
@@ -299,3 +304,31 @@ def test_an_argument_that_has_choices_takes_no_other(site: Rig, prefix: Path) ->
     given = {"robot_controller": GRIPPER, "use_mock_hardware": "true"}
     with launched(site, prefix, "bioscara_arm_bringup", "bioscara_arm", ends=1, **given) as run:
         run.says("Valid options are: ['velocity_joint_trajectory_controller'")
+
+
+def test_a_model_in_gazebo_follows_the_simulated_arm(site: Rig, prefix: Path) -> None:
+    given = {"homed": "true", "gui": "false", "table": "false", "z": "0.5", "namespace": "left"}
+    joints = [*JOINTS, "gripper", "gripper_l_mimic", "gripper_r_mimic"]
+    with (
+        launched(site, prefix, "scene_bringup", "gazebo", **given) as run,
+        site.clients() as ros,
+    ):
+        run.spawned(4)
+        ros.namespace = "/left"
+        shown = run.recorded("gz_sim", "create", "parameter_bridge")
+        assert shown["gz_sim"][0] == ["-r empty.sdf -s", "true", f"{prefix}/share"]
+        words, texts = shown["create"]
+        assert words[:6] == ["-name", "left", "-param", "robot_description", "-z", "0.5"]
+        model = description(texts)
+        assert model.find("link[@name='table']") is None
+        topics = [topic.text for topic in model.iter("topic")]
+        assert topics == [f"/left/gazebo/{joint}/position" for joint in joints]
+        clock, *bridged = shown["parameter_bridge"][0][:8]
+        assert clock == "/clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock"
+        assert bridged == [f"{topic}@std_msgs/msg/Float64]gz.msgs.Double" for topic in topics]
+        for topic in topics:
+            ros.do("listen", type="std_msgs/Float64", topic=topic)
+        moved(ros, VELOCITY, JOINTS)
+        at = positions(ros, JOINTS)
+        sent = [ros.do("heard", topic=topic)[-1][1]["data"] for topic in topics[:4]]
+        assert sent == pytest.approx(at, abs=2e-3)

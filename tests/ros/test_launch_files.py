@@ -24,16 +24,21 @@ from ros_environment import ros_environment, ros_python
 LISTING = Path(__file__).with_name("launch_arguments.py")
 
 VIEW = {"prefix": "", "use_mock_hardware": "false", "gui": "true", "namespace": ""}
+TABLE = {"table": "true"}
 CONTROL = {"use_mock_hardware": "false", "homed": "false", "namespace": ""}
 RVIZ = {"debug": "False", "rviz_config": "PREFIX/config/moveit.rviz"}
 ARGUMENTS: dict[tuple[str, str], dict[str, str]] = {
-    ("scene_bringup", "launch/bioscara_arm_gripper128"): {**CONTROL, "gui": "false"},
-    ("scene_bringup", "launch/simulated_arm"): {"homed": "false", "namespace": "", "gui": "true"},
+    ("scene_bringup", "launch/bioscara_arm_gripper128"): {**CONTROL, **TABLE, "gui": "false"},
+    ("scene_bringup", "launch/simulated_arm"): {
+        "homed": "false", **TABLE, "namespace": "", "gui": "true",
+    },
+    ("scene_bringup", "launch/served_arm"): {
+        "arm": "arm", **TABLE, "namespace": "", "gui": "true",
+    },
     ("scene_bringup", "launch/gazebo"): {
-        "world": "empty.sdf", "z": "0.32", "table": "true", "homed": "false", "namespace": "",
+        "world": "empty.sdf", "z": "0.32", "homed": "false", **TABLE, "namespace": "",
         "gui": "true",
     },
-    ("scene_bringup", "launch/served_arm"): {"arm": "arm", "namespace": "", "gui": "true"},
     ("bioscara_arm_bringup", "bioscara_arm"): {
         "controllers_file": "bioscara_arm_controllers.yaml",
         "controller_manager_file": "bioscara_controller_manager.yaml",
@@ -58,10 +63,10 @@ ARGUMENTS: dict[tuple[str, str], dict[str, str]] = {
         **VIEW, "arm_description_package": "bioscara_arm_description",
         "arm_macro": "bioscara_arm.xacro",
         "gripper_description_package": "bioscara_gripper_descriptions",
-        "gripper_macro": "bioscara_gripper_128.xacro",
+        "gripper_macro": "bioscara_gripper_128.xacro", **TABLE,
     },
-    (MOVEIT.name, "launch/complete"): {**CONTROL, **RVIZ},
-    (MOVEIT.name, "launch/move_group"): {"namespace": ""},
+    (MOVEIT.name, "launch/complete"): {**CONTROL, **TABLE, **RVIZ},
+    (MOVEIT.name, "launch/move_group"): {"namespace": "", **TABLE},
     (MOVEIT.name, "launch/moveit_rviz"): {"namespace": "", **RVIZ},
     (MOVEIT.name, "launch/setup_assistant"): {"debug": "False"},
 }  # fmt: skip

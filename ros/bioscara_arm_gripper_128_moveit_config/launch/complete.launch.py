@@ -41,6 +41,9 @@ def generate_launch_description() -> LaunchDescription:
                 description="Start with homed joints; of the simulated arm only.",
             ),
             DeclareLaunchArgument(
+                "table", default_value="true", description="Have the table in the description."
+            ),
+            DeclareLaunchArgument(
                 "namespace", default_value="", description="Namespace of all nodes."
             ),
             included(
@@ -48,11 +51,12 @@ def generate_launch_description() -> LaunchDescription:
                 "scene.py",
                 use_mock_hardware=LaunchConfiguration("use_mock_hardware"),
                 homed=LaunchConfiguration("homed"),
+                table=LaunchConfiguration("table"),
                 arm="",
                 rviz="false",
                 rqt="false",
             ),
-            included(PACKAGE, "move_group.launch.py"),
+            included(PACKAGE, "move_group.launch.py", table=LaunchConfiguration("table")),
             included(PACKAGE, "moveit_rviz.launch.py"),
         ]
     )

@@ -22,7 +22,10 @@ def generate_launch_description() -> LaunchDescription:
     config = (
         MoveItConfigsBuilder("scene", package_name=PACKAGE)
         .robot_description(
-            mappings={"gripper_description_package": "bioscara_gripper_descriptions"}
+            mappings={
+                "gripper_description_package": "bioscara_gripper_descriptions",
+                "table": LaunchConfiguration("table"),
+            }
         )
         .planning_pipelines(
             default_planning_pipeline="ompl", pipelines=["ompl", "pilz_industrial_motion_planner"]
@@ -37,6 +40,9 @@ def generate_launch_description() -> LaunchDescription:
         parameters.append({"capabilities": "move_group/ExecuteTaskSolutionCapability"})
     return LaunchDescription(
         [
+            DeclareLaunchArgument(
+                "table", default_value="true", description="Keep the arm clear of the table."
+            ),
             DeclareLaunchArgument(
                 "namespace", default_value="", description="Namespace of the node and of the arm's."
             ),

@@ -100,7 +100,7 @@ def bring_up(context: LaunchContext) -> list[Any]:
         # At the end: its values of the arguments hold for what follows.
         _include(
             "scene_bringup", "simulated_arm",
-            gui="false", homed=value("homed"), namespace=namespace,
+            gui="false", homed=value("homed"), table=value("table"), namespace=namespace,
         ),
     ]  # fmt: skip
 

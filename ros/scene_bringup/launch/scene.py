@@ -1,7 +1,7 @@
 """Start the arm with its gripper, by the shared bringup.
 
-The launch files include it and give ``use_mock_hardware``, ``homed``, ``arm``, ``namespace``,
-``rviz`` and ``rqt``; like the bringup, it declares none.
+The launch files include it and give ``use_mock_hardware``, ``homed``, ``arm``, ``table``,
+``namespace``, ``rviz`` and ``rqt``; like the bringup, it declares none.
 """
 
 from __future__ import annotations
@@ -34,6 +34,8 @@ def generate_launch_description() -> LaunchDescription:
             file("scene_descriptions", "urdf", "scene.xacro"),
             '" gripper_description_package:=bioscara_gripper_descriptions use_mock_hardware:="',
             LaunchConfiguration("use_mock_hardware"),
+            '" table:="',
+            LaunchConfiguration("table"),
             '"',
         ]
     )

@@ -18,6 +18,9 @@ def generate_launch_description() -> LaunchDescription:
                 "arm", default_value="arm", description="Name of the served arm."
             ),
             DeclareLaunchArgument(
+                "table", default_value="true", description="Have the table in the description."
+            ),
+            DeclareLaunchArgument(
                 "namespace", default_value="", description="Namespace of all nodes."
             ),
             DeclareLaunchArgument(
@@ -29,6 +32,7 @@ def generate_launch_description() -> LaunchDescription:
                     "use_mock_hardware": "false",
                     "homed": "false",
                     "arm": LaunchConfiguration("arm"),
+                    "table": LaunchConfiguration("table"),
                     "namespace": LaunchConfiguration("namespace"),
                     "rviz": LaunchConfiguration("gui"),
                     "rqt": LaunchConfiguration("gui"),

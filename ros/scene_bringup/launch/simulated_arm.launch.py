@@ -20,6 +20,9 @@ def generate_launch_description() -> LaunchDescription:
                 description="Start with homed joints; of the simulated arm only.",
             ),
             DeclareLaunchArgument(
+                "table", default_value="true", description="Have the table in the description."
+            ),
+            DeclareLaunchArgument(
                 "namespace", default_value="", description="Namespace of all nodes."
             ),
             DeclareLaunchArgument(
@@ -31,6 +34,7 @@ def generate_launch_description() -> LaunchDescription:
                     "use_mock_hardware": "true",
                     "homed": LaunchConfiguration("homed"),
                     "arm": "",
+                    "table": LaunchConfiguration("table"),
                     "namespace": LaunchConfiguration("namespace"),
                     "rviz": LaunchConfiguration("gui"),
                     "rqt": LaunchConfiguration("gui"),

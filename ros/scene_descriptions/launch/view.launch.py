@@ -43,6 +43,7 @@ ARGUMENTS = [
         default_value="false",
         description="Write the plugin of a simulated component.",
     ),
+    DeclareLaunchArgument("table", default_value="true", description="Show the table."),
 ]
 """Those of urdf/scene.xacro."""
 
