@@ -322,6 +322,12 @@ def test_velocities_with_gains_follow_a_goal() -> None:
                 set_parameters(refused)
         goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=3.0)
         left.moving()
+        # Under velocities alone j4 keeps more room to its limits than the tolerance is.
+        end = left.served.robot.parameters.joints[3].upper - left.robot.state.positions[3]
+        refused = left.ended(left.follow(VELOCITY_JTC, (0.0, 0.0, 0.0, end)))
+        assert (refused.status, "j4 ends at" in refused.text) == ("aborted", True)
+        goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=3.0)
+        left.moving()
         controller = left.served.robot._arm.stack.manager.controller(VELOCITY_JTC)
         assert (controller.smooth, controller.collision_checked) == (True, False)
         left.robot.stop()

@@ -118,7 +118,7 @@ class PlannedGoal:
         columns = [names.index(axis.name) for axis in self._arm.stack.arm.axes]
         points = [_in_order(point, columns) for point in asked]
         here = tuple([start.positions[column] for column in columns])
-        self._require_reach(points[-1].positions)
+        self._require_reach(points[-1].positions, here)
         planner = Planner(start.workspace, lambda: here)
         course = course_of(planner, points, here)
         trajectory = JointTrajectory(planner.joint_names, joined_points(course))
@@ -127,19 +127,22 @@ class PlannedGoal:
             Goal(trajectory, collision_checked=True), min(wanted / max(took, 1e-9), 1.0)
         )
 
-    def _require_reach(self, ends: Sequence[float]) -> None:
-        """Raise if a joint whose velocity alone is commanded cannot get to the end of a goal."""
+    def _require_reach(self, ends: Sequence[float], here: Sequence[float]) -> None:
+        """Raise if a joint whose velocity alone is commanded cannot get to the end of a goal.
+
+        One that is nearer to its limit, as homing leaves it, may stay.
+        """
         stack = self._arm.stack
-        for axis, end in zip(stack.arm.axes, ends, strict=True):
+        for axis, end, at in zip(stack.arm.axes, ends, here, strict=True):
             limits, joint = stack.arm.limits[axis.name], stack.manager.limiter.joints[axis.name]
             kept = joint.distance_kept(stack.loop.period)
-            reach = limits.lower + kept, limits.upper - kept
+            lower, upper = min(limits.lower + kept, at), max(limits.upper - kept, at)
             tolerance = self._controller.parameters.constraints.of(axis.name).goal
-            if kept > tolerance and not reach[0] - tolerance <= end <= reach[1] + tolerance:
+            if kept > tolerance and not lower - tolerance <= end <= upper + tolerance:
                 raise GoalRejectedError(
                     f"{axis.name} ends at {end:.4f} {limits.unit}; under velocities alone it gets "
-                    f"to {reach[0]:.4f} .. {reach[1]:.4f} {limits.unit}: end within these, or use "
-                    "a controller of positions"
+                    f"to {lower:.4f} .. {upper:.4f} {limits.unit}: end within these, or use a "
+                    "controller of positions"
                 )
 
     def _begin(self, start: _Start, course: tuple[Trajectory, ...], goal: PreparedGoal) -> bool:
