@@ -233,7 +233,6 @@ def moved(ros: Ros, controller: str, joints: list[str], component: str = "biosca
     """Energise the arm, activate a trajectory controller and let it move away from end stops."""
     energise(ros, component)
     assert ros.switch([controller])["ok"]
-    # Homed joints stand beyond the range to which velocities alone may lead.
     end = [0.97 * position for position in positions(ros, joints)]
     sent = goal(point(*end, at=2.0), joints=joints)
     assert ended(ros, follow(ros, controller, sent))["status"] == SUCCEEDED
