@@ -250,11 +250,11 @@ def positions(ros: Ros, joints: list[str]) -> list[float]:
 
 
 def moved(ros: Ros, controller: str, joints: list[str], component: str = "bioscara_arm") -> None:
-    """Energise the arm, activate a trajectory controller and let it move the first joint."""
+    """Energise the arm, activate a trajectory controller and let it move away from end stops."""
     energise(ros, component)
     assert ros.switch([controller])["ok"]
-    first, *others = positions(ros, joints)
-    sent = goal(point(first + 0.05, *others, at=2.0), joints=joints)
+    end = [0.97 * position for position in positions(ros, joints)]
+    sent = goal(point(*end, at=2.0), joints=joints)
     assert ended(ros, follow(ros, controller, sent))["status"] == SUCCEEDED
     ros.do("forget", topic=f"{ros.namespace}/joint_states")
-    assert positions(ros, joints) == pytest.approx([first + 0.05, *others], abs=5e-3)
+    assert positions(ros, joints) == pytest.approx(end, abs=5e-3)
