@@ -285,6 +285,22 @@ def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
     arm.jaws.withdraw()
 
 
+def test_a_goal_that_is_cancelled_while_it_is_planned_does_not_begin(
+    left: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left.activated(POSITION_JTC)
+    before = left.positions
+
+    def planned(*given: Any) -> tuple[Trajectory, ...]:
+        left.robot.controllers.cancel(POSITION_JTC, 1)
+        return course_of(*given)
+
+    monkeypatch.setattr(planned_goal, "course_of", planned)
+    assert left.ended(left.follow(POSITION_JTC)).status == "canceled"
+    left.passed(1.0)
+    assert left.positions == pytest.approx(before, abs=1e-3)
+
+
 def test_a_stream_beyond_the_speed_limit_keeps_its_path(left: Site) -> None:
     left.activated(POSITION_JTC)
     here, begin = left.robot.state.positions, len(left.samples)

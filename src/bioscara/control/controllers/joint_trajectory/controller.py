@@ -300,7 +300,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         return self._replace(goal.goal, GoalStatus.ACCEPTED)
 
     def begin(self, handle: GoalHandle, course: PreparedGoal, time: float) -> None:
-        """Begin an accepted goal on its course, at rest; one that has ended is left alone.
+        """Begin an accepted goal on its course, at rest, unless it has ended or is cancelled.
 
         Args:
             handle: The goal.
@@ -310,7 +310,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         Raises:
             GoalRejectedError: As :meth:`send_goal`.
         """
-        if handle.status is not GoalStatus.ACCEPTED:
+        if handle.status is not GoalStatus.ACCEPTED or self._cancelled:
             return
         self._active().waiting = self._request(course, time)
         self._asked = [point.time for point in handle.goal.trajectory.points]
