@@ -286,19 +286,21 @@ def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
 
 
 def test_a_goal_that_is_cancelled_while_it_is_planned_does_not_begin(
-    left: Site, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    left.activated(POSITION_JTC)
-    before = left.positions
+    # So slow that the goal is planned before it has ended, a tenth of a second later.
+    with site(speed=0.5) as left:
+        left.activated(POSITION_JTC)
+        before = left.positions
 
-    def planned(*given: Any) -> tuple[Trajectory, ...]:
-        left.robot.controllers.cancel(POSITION_JTC, 1)
-        return course_of(*given)
+        def planned(*given: Any) -> tuple[Trajectory, ...]:
+            left.robot.controllers.cancel(POSITION_JTC, 1)
+            return course_of(*given)
 
-    monkeypatch.setattr(planned_goal, "course_of", planned)
-    assert left.ended(left.follow(POSITION_JTC)).status == "canceled"
-    left.passed(1.0)
-    assert left.positions == pytest.approx(before, abs=1e-3)
+        monkeypatch.setattr(planned_goal, "course_of", planned)
+        assert left.ended(left.follow(POSITION_JTC)).status == "canceled"
+        left.passed(0.3)
+        assert left.positions == pytest.approx(before, abs=1e-3)
 
 
 def test_a_stream_beyond_the_speed_limit_keeps_its_path(left: Site) -> None:
