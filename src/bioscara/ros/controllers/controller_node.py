@@ -14,7 +14,7 @@ from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.inbox import PATIENCE, Inbox
-from bioscara.ros.controllers.parameter_names import Described, known
+from bioscara.ros.controllers.parameter_names import DescribedParameter, known
 from bioscara.ros.controllers.parameter_sections import sections
 
 
@@ -73,7 +73,7 @@ class ControllerNode:
             if name not in self._ignored and self._defaults.get(name) != value
         }
 
-    def declare(self, parameters: Iterable[Described]) -> None:
+    def declare(self, parameters: Iterable[DescribedParameter]) -> None:
         """Declare parameters with their descriptions; those without a value have the default."""
         for each in parameters:
             if self.node.has_parameter(each.name):

@@ -15,7 +15,7 @@ from bioscara.model.validation import KNOWN_AS, Checked, Strict
 from bioscara.ros.controllers.parameters import ALSO_KNOWN, OF_NODES
 
 
-class Described(NamedTuple):
+class DescribedParameter(NamedTuple):
     """A parameter.
 
     Attributes:
@@ -59,7 +59,7 @@ def known(kind: str, name: str) -> bool:
     return any(each.name == name for each in described(TYPES[kind].PARAMETERS, (head, *keys)))
 
 
-def described(group: type[Checked], joints: Iterable[str]) -> Iterator[Described]:
+def described(group: type[Checked], joints: Iterable[str]) -> Iterator[DescribedParameter]:
     """Yield the parameters in a group.
 
     Args:
@@ -77,10 +77,14 @@ def described(group: type[Checked], joints: Iterable[str]) -> Iterator[Described
         elif isinstance(annotation, type) and issubclass(annotation, Checked):
             yield from _below((each.name,), annotation, joints)
         else:
-            yield Described(each.name, each.default, annotation, descriptions.get(each.name, ""))
+            yield DescribedParameter(
+                each.name, each.default, annotation, descriptions.get(each.name, "")
+            )
 
 
-def _below(above: tuple[str, ...], group: Any, joints: Iterable[str]) -> Iterator[Described]:
+def _below(
+    above: tuple[str, ...], group: Any, joints: Iterable[str]
+) -> Iterator[DescribedParameter]:
     for each in described(group, joints):
         yield each._replace(name=".".join((*above, each.name)))
 
