@@ -14,7 +14,7 @@ from bioscara.errors import BioscaraError, TrajectoryError
 from bioscara.model import load_parameters
 from bioscara.planning import check
 from bioscara.planning.files.ros_message_parser import first_document
-from bioscara.planning.files.ros_yaml import trajectory_of_yaml
+from bioscara.planning.files.ros_yaml import trajectory_of_message
 
 POINTS, BRACKETS, ROUNDS = 1000, 16_000, 5
 _READ, _CHECK, _DEEP, _ODD = 2, 0.25, 10, 300
@@ -57,10 +57,10 @@ def _refused(
 def _trajectory() -> list[Row]:
     points = "".join(_POINT.format(index) for index in range(POINTS))
     text = f"joint_names: [j2]\npoints:\n{points}---\n"
-    trajectory, _ = trajectory_of_yaml(text)
+    trajectory, _ = trajectory_of_message(text)
     limits = load_parameters().joints
     own, checked, peer = medians(
-        lambda: trajectory_of_yaml(text),
+        lambda: trajectory_of_message(text),
         _refused(lambda: check(trajectory, limits), TrajectoryError),
         lambda: list(yaml.load_all(text, yaml.CSafeLoader)),
         rounds=ROUNDS,

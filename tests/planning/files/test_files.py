@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 from dataclasses import replace
@@ -16,7 +17,7 @@ from bioscara.errors import TrajectoryError
 from bioscara.planning import Trajectory, check, fit, point_to_point, read, write_csv
 from bioscara.planning.files import trajectory_file
 from bioscara.planning.files.ros_message_parser import ITEMS_MAX
-from bioscara.planning.files.ros_yaml import trajectory_of_yaml
+from bioscara.planning.files.ros_yaml import trajectory_of_message
 from planning.limits import LIMITS, NAMES
 
 DATA = Path(__file__).parents[2] / "data"
@@ -39,6 +40,79 @@ def test_the_planned_motion_of_the_arm_is_read_and_accepted() -> None:
     assert trajectory.accelerations is not None
     assert notes == ()
     assert check(trajectory, LIMITS) == []
+
+
+POINTS = (
+    "[{positions: [0.1, 0.2], effort: [0, 0.0], time_from_start: {sec: 1}},"
+    " {positions: [0.2, 0.2], time_from_start: {nanosec: 500000000, sec: 2}}]"
+)
+MESSAGE = f"{{joint_names: [j1, j2], points: {POINTS}}}"
+NOTHING = "{joint_names: [], points: []}"
+SHAPES = {
+    "JointTrajectory": MESSAGE,
+    "in lines": f"header: {{frame_id: ''}}\njoint_names: [j1, j2]\npoints: {POINTS}",
+    "without an end": "joint_names: [j1, j2]\npoints:\n"
+    "- positions: [0.1, 0.2]\n  time_from_start: {sec: 1}\n"
+    "- positions: [0.2, 0.2]\n  time_from_start: {sec: 2, nanosec: 500000000}",
+    "RobotTrajectory": f"{{joint_trajectory: {MESSAGE}, multi_dof_joint_trajectory: {NOTHING}}}",
+    "DisplayTrajectory": f"{{model_id: scene, trajectory: [{{joint_trajectory: {MESSAGE}}}]}}",
+    "FollowJointTrajectory goal": f"trajectory: {MESSAGE}\ngoal_time_tolerance: {{sec: 1}}",
+    "as an action has it": f"goal_id: {{uuid: [1, 2]}}\ngoal: {{trajectory: {MESSAGE}}}",
+    "ExecuteTrajectory goal": f"{{trajectory: {{joint_trajectory: {MESSAGE}}},"
+    " controller_names: [a]}",
+    "MoveGroup result": f"{{error_code: {{val: 1}}, planned_trajectory: {{joint_trajectory:"
+    f" {MESSAGE}}}, executed_trajectory: {{joint_trajectory: {NOTHING}}}}}",
+    "GetMotionPlan response": "motion_plan_response:"
+    f" {{trajectory: {{joint_trajectory: {MESSAGE}}}}}",
+    "JSON": json.dumps(
+        {
+            "trajectory": {
+                "joint_names": ["j1", "j2"],
+                "points": [
+                    {"positions": [0.1, 0.2], "velocities": [], "time_from_start": {"sec": 1}},
+                    {"positions": [0.2, 0.2], "time_from_start": {"sec": 2, "nanosec": 5e8}},
+                ],
+            },
+            "goal_tolerance": [],
+        },
+        indent=1,
+    ),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_trajectory_is_read_out_of_the_messages_that_people_paste(shape: str) -> None:
+    trajectory, notes = trajectory_of_message(SHAPES[shape] + "\n")
+    assert notes == ()
+    assert trajectory.joint_names == ("j1", "j2")
+    assert trajectory.times.tolist() == [1.0, 2.5]
+    assert trajectory.positions.tolist() == [[0.1, 0.2], [0.2, 0.2]]
+
+
+def test_tolerances_of_a_goal_are_said_to_have_no_effect() -> None:
+    text = f"trajectory: {MESSAGE}\ngoal_tolerance: [{{name: j1, position: 0.1}}]\n"
+    _, (note,) = trajectory_of_message(text)
+    assert note == "the tolerances of the goal are ignored: those of the arm apply"
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "why"),
+    [
+        ("r/samples.csv", b"time,phase,trajectory_time\n", "'bioscara run r/trajectory.csv'"),
+        ("t/samples.csv", b"time,j1_position,arm_cycle\n", "'bioscara run t/trajectories.csv'"),
+        ("t/events.csv", b"number,wall,time,what\n", "'bioscara run t/trajectories.csv'"),
+        ("a.mcap", b"\x89MCAP0\r\n\x01", "'bioscara record export a.mcap --csv DIR'"),
+        (
+            "t/trajectories.csv",
+            b'time,part,from_start,j1_position\n1,"goal 2, part 1",0,0\n'
+            b'2,"goal 3, part 1",0,0\n',
+            r"""2 motions \(goal 2, goal 3\); .* grep -e \^time -e '"goal 3,' t/traj""",
+        ),
+    ],
+)  # fmt: skip
+def test_own_files_are_named_with_the_command_that_fits(name: str, data: bytes, why: str) -> None:
+    with pytest.raises(TrajectoryError, match=why):
+        trajectory_file.read_content(name, data)
 
 
 def test_the_time_optimal_motion_is_refused_for_its_lift_and_fits_when_stretched() -> None:
@@ -146,7 +220,12 @@ def test_a_csv_without_suffixes_means_positions(tmp_path: Path) -> None:
         ("word.yaml", PLAIN.replace("0.1, 0.1, 0.1, 0.1", "x, 0, 0, 0"), "'x' is not a number"),
         ("effort.yaml", PLAIN.replace("effort: []", "effort: [1, 1, 1, 1]"), "effort"),
         ("time.yaml", PLAIN.replace("nanosec", "ns"), "unknown field 'ns'; it has sec"),
-        ("secs.yaml", PLAIN.replace(", nanosec: 0", ""), "needs sec and nanosec"),
+        ("secs.yaml", PLAIN.replace("sec: 0, nanosec: 0", ""), "needs sec or nanosec"),
+        ("twice.json", '{"points": [], "points": []}', "'points' stands twice"),
+        ("cut.json", '{"joint_names": ["j1"],\n "points": [', "line 2: .*JSON.*truncated"),
+        ("nan.json", '{"points": [{"positions": [NaN]}]}', "NaN is not a number"),
+        ("goal.yaml", "goal: {order: 5}\n", "holds no joint trajectory; .* FollowJointTrajectory"),
+        ("none.yaml", "trajectory: []\n", "trajectory is empty: nothing was planned"),
         (
             "digits.yaml",
             PLAIN.replace("0.1, 0.1, 0.1, 0.1", "1_0.0, 0, 0, 0"),
@@ -157,7 +236,7 @@ def test_a_csv_without_suffixes_means_positions(tmp_path: Path) -> None:
             PLAIN.replace("velocities", "velocites"),
             "point 0: .*'velocites'.*velocities",
         ),
-        ("cut.yaml", PLAIN.removesuffix("---\n"), "nothing follows the points, .*truncated"),
+        ("cut.yaml", PLAIN.removesuffix("\n---\n"), "nothing follows the points, .*truncated"),
         ("short.yaml", PLAIN.replace("---", "  - '...'\n---"), "point 1: .*--full-length"),
         ("names.yaml", PLAIN.replace("j4]", "'...']"), "joint_names: .*--full-length"),
         ("dots.yaml", PLAIN.replace("---", "...\n---"), "line 8: .*--full-length"),
@@ -216,15 +295,15 @@ def test_velocities_or_accelerations_at_some_points_only_are_refused(data: st.Da
     name = data.draw(st.sampled_from(("velocities", "accelerations")))
     without = data.draw(st.integers(0, count - 1))
     whole = {"positions": -1, "velocities": -1, "accelerations": -1}
-    trajectory, _ = trajectory_of_yaml(_points(count, whole))
+    trajectory, _ = trajectory_of_message(_points(count, whole))
     assert trajectory.accelerations is not None
     with pytest.raises(TrajectoryError, match=f"point {without}: no {name}, and point"):
-        trajectory_of_yaml(_points(count, whole | {name: without}))
+        trajectory_of_message(_points(count, whole | {name: without}))
 
 
 def test_accelerations_without_velocities_are_refused_not_dropped() -> None:
     with pytest.raises(TrajectoryError, match="without velocities"):
-        trajectory_of_yaml(_points(2, {"positions": -1, "accelerations": -1}))
+        trajectory_of_message(_points(2, {"positions": -1, "accelerations": -1}))
 
 
 def _same(one: Trajectory, other: Trajectory) -> bool:
@@ -242,11 +321,11 @@ def _cuts(text: str) -> list[int]:
 @pytest.mark.parametrize("path", [PILZ, OPTIMAL])
 def test_a_message_cut_anywhere_is_refused_or_the_same_motion(path: Path) -> None:
     text = path.read_text()
-    whole, _ = trajectory_of_yaml(text)
+    whole, _ = trajectory_of_message(text)
     outcomes = set()
     for cut in _cuts(text):
         try:
-            trajectory, _ = trajectory_of_yaml(text[:cut])
+            trajectory, _ = trajectory_of_message(text[:cut])
         except TrajectoryError:
             outcomes.add("refused")
             continue
@@ -262,12 +341,12 @@ def test_a_joint_trajectory_cut_anywhere_is_refused() -> None:
         if line.startswith("    ")
     )
     text = text[: text.index("header", 1)] + "---\n"
-    whole, _ = trajectory_of_yaml(text)
+    whole, _ = trajectory_of_message(text)
     assert len(whole.times) == 20
     for cut in _cuts(text):
         if cut < len(text) - 1:
             with pytest.raises(TrajectoryError):
-                trajectory_of_yaml(text[:cut])
+                trajectory_of_message(text[:cut])
 
 
 def test_a_csv_cut_within_a_line_is_refused(tmp_path: Path) -> None:

@@ -14,6 +14,9 @@ import pytest
 from bioscara import Robot, Trajectory
 from bioscara.api import messages as m
 from bioscara.errors import ConfigurationError, RecordingError
+from bioscara.model import load_parameters
+from bioscara.planning import check
+from bioscara.planning import read as read_trajectory
 from bioscara.recording.reading import export
 from bioscara.recording.reading.export import export_csv, export_parquet
 from bioscara.recording.reading.scan import FileScan, messages
@@ -97,9 +100,18 @@ def test_the_values_of_a_trajectory_are_in_the_columns_of_its_joints(
     export_csv(followed, tmp_path)
     with (tmp_path / "trajectories.csv").open(newline="") as file:
         points = list(csv.DictReader(file))
+    goals = list(dict.fromkeys(point["part"].partition(",")[0] for point in points))
     joints = ("j1", "j3", "j4")  # in the order of the arm; j2 is in no trajectory
     columns = [f"{j}_{kind}" for kind in ("position", "velocity", "acceleration") for j in joints]
     assert list(points[0]) == ["time", "part", "from_start", *columns]
+    # One of them runs again, with the points that were not recorded too close to one another.
+    again = tmp_path / "one.csv"
+    lines = (tmp_path / "trajectories.csv").read_text().splitlines(keepends=True)
+    again.write_text("".join([lines[0], *(line for line in lines if f'"{goals[1]},' in line)]))
+    trajectory, _ = read_trajectory(again)
+    assert trajectory.joint_names == ("j1", "j4")
+    assert check(trajectory, load_parameters().joints) == []
+    assert trajectory.positions[-1, 0] == pytest.approx(float(points[-1]["j1_position"]), abs=1e-6)
     trajectories = [each.message for each in read(followed, Topic.TRAJECTORIES)]
     assert [each.joint_names for each in trajectories] == [["j3"], ["j4", "j1"]]
     planned = [(each.joint_names, point) for each in trajectories for point in each.points]

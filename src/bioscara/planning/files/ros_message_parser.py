@@ -71,6 +71,8 @@ def first_document(text: str) -> Document:
         return Document(None, (), more)
     reader = _Parser(lines)
     value = reader.read()
+    # A last line that a bracket closes is whole, and so is the item that it ends.
+    ended = ended or (lines[-1].content[-1] in "]}" and text.endswith("\n"))
     return Document(value, () if ended else tuple(reader.unfinished), more)
 
 

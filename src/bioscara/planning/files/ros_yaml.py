@@ -1,7 +1,8 @@
-"""Reading of ROS 2 messages with a joint trajectory, as YAML.
+"""Reading of ROS 2 messages with a joint trajectory, as YAML or JSON.
 
-moveit_msgs/DisplayTrajectory, moveit_msgs/RobotTrajectory and trajectory_msgs/JointTrajectory, in
-the format of ``ros2 topic echo``: comment lines, messages terminated by ``---``.
+A trajectory_msgs/JointTrajectory, alone or within a message of MoveIt or the goal of an action, in
+the format of ``ros2 topic echo``: comment lines, messages terminated by ``---``; as it is pasted
+into ``ros2 action send_goal``; or as JSON.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import TypeAlias
 
 from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
+from bioscara.planning.files.ros_json import is_json, json_document
 from bioscara.planning.files.ros_message_parser import FULL_LENGTH, Document, Node, first_document
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.spelling import did_you_mean
@@ -21,16 +23,24 @@ _Fields: TypeAlias = dict[str, Node]
 _QUANTITIES = ("positions", "velocities", "accelerations")
 _POINT = (*_QUANTITIES, "effort", "time_from_start")
 _STAMP = ("sec", "nanosec")
+_WITHIN = (
+    "goal", "result", "motion_plan_response", "planned_trajectory", "trajectory",
+    "joint_trajectory",
+)  # fmt: skip
+"""Fields in which messages have the trajectory, of the outer messages first."""
+_MULTI_DOF = ("multi_dof_joint_trajectory", "multi_dof_trajectory")
+_TOLERANCES = ("path_tolerance", "component_path_tolerance", "goal_tolerance",
+               "component_goal_tolerance")  # fmt: skip
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
-def trajectory_of_yaml(text: str) -> tuple[Trajectory, tuple[str, ...]]:
+def trajectory_of_message(text: str) -> tuple[Trajectory, tuple[str, ...]]:
     """Return the trajectory in the first message of ``text``, and notes.
 
     Raises:
         TrajectoryError: The text is not a message with a joint trajectory, or may be truncated.
     """
-    document = first_document(text)
+    document = json_document(text) if is_json(text) else first_document(text)
     if document.value is None:
         raise TrajectoryError("holds no message")
     message, notes = _joint_trajectory(document.value)
@@ -66,27 +76,39 @@ def _refuse_open_end(document: Document, message: _Fields) -> None:
 
 
 def _joint_trajectory(document: Node) -> tuple[_Fields, list[str]]:
+    """Return the joint trajectory in a message, and notes on what is left out."""
     notes: list[str] = []
     message = _mapping(document, "the message")
-    if "trajectory" in message:
-        parts = _list(message["trajectory"], "trajectory")
-        if not parts:
-            raise TrajectoryError("the message's trajectory is empty: nothing was planned")
-        if len(parts) > 1:
-            notes.append(f"only the first of {len(parts)} trajectories in the message is used")
-        message = _mapping(parts[0], "trajectory[0]")
-    if "multi_dof_joint_trajectory" in message:
-        other = _mapping(message["multi_dof_joint_trajectory"], "multi_dof_joint_trajectory")
-        if other.get("points"):
+    while True:
+        notes += _left_out(message)
+        if "joint_names" in message and "points" in message:
+            return message, notes
+        name = next((each for each in _WITHIN if each in message), None)
+        if name is None:
+            raise TrajectoryError(
+                "holds no joint trajectory; it should be a JointTrajectory, a RobotTrajectory, a "
+                "DisplayTrajectory, a goal of FollowJointTrajectory or ExecuteTrajectory, or a "
+                "result of MoveGroup, or end in .csv"
+            )
+        inside = message[name]
+        if isinstance(inside, list):
+            if not inside:
+                raise TrajectoryError(f"the message's {name} is empty: nothing was planned")
+            if len(inside) > 1:
+                notes.append(f"only the first of {len(inside)} trajectories in the message is used")
+            inside, name = inside[0], f"{name}[0]"
+        message = _mapping(inside, name)
+
+
+def _left_out(message: _Fields) -> list[str]:
+    """Return notes on the parts of a message that have no effect."""
+    notes = []
+    for name in _MULTI_DOF:
+        if name in message and _mapping(message[name], name).get("points"):
             notes.append("the multi-dof part of the message is ignored: the arm has none")
-    if "joint_trajectory" in message:
-        message = _mapping(message["joint_trajectory"], "joint_trajectory")
-    if "joint_names" not in message or "points" not in message:
-        raise TrajectoryError(
-            "holds no joint trajectory; it should be a moveit_msgs/DisplayTrajectory, "
-            "moveit_msgs/RobotTrajectory or trajectory_msgs/JointTrajectory, or end in .csv"
-        )
-    return message, notes
+    if any(message.get(name) for name in _TOLERANCES):
+        notes.append("the tolerances of the goal are ignored: those of the arm apply")
+    return notes
 
 
 def _trajectory(message: _Fields) -> Trajectory:
@@ -102,8 +124,10 @@ def _trajectory(message: _Fields) -> Trajectory:
     for index, point in enumerate(points):
         _refuse_unknown(point, _POINT, f"point {index}")
         times.append(_seconds(point, index))
-        if point.get("effort"):
-            raise TrajectoryError(f"point {index}: effort is given; the joints cannot control it")
+        if any(_values(point, "effort", index, len(names))):
+            raise TrajectoryError(
+                f"point {index}: effort is given; the joints cannot control it, leave it out or 0"
+            )
         for quantity, table in tables.items():
             values = _values(point, quantity, index, len(names))
             if bool(values) != bool(table) and index:
@@ -146,9 +170,9 @@ def _seconds(point: _Fields, index: int) -> float:
     where = f"point {index}: time_from_start"
     stamp = _mapping(point.get("time_from_start"), where)
     _refuse_unknown(stamp, _STAMP, where)
-    if len(stamp) != len(_STAMP):
-        raise TrajectoryError(f"{where} needs sec and nanosec; is the file truncated?")
-    seconds, nanoseconds = (decimal(_word(stamp[key], where), where) for key in _STAMP)
+    if not stamp:
+        raise TrajectoryError(f"{where} needs sec or nanosec; is the file truncated?")
+    seconds, nanoseconds = (decimal(_word(stamp.get(key, "0"), where), where) for key in _STAMP)
     return seconds + 1e-9 * nanoseconds
 
 

@@ -12,8 +12,14 @@ from typing import NamedTuple
 
 from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
+from bioscara.planning.files.own_tables import (
+    has_motions,
+    refuse_other_table,
+    refuse_recording,
+    trajectory_of_motions,
+)
 from bioscara.planning.files.ros_message_parser import ITEMS_MAX
-from bioscara.planning.files.ros_yaml import decimal, trajectory_of_yaml
+from bioscara.planning.files.ros_yaml import decimal, trajectory_of_message
 from bioscara.planning.trajectory.trajectory import STEP_MIN, Trajectory
 from bioscara.whole_files import replacing
 
@@ -51,7 +57,7 @@ def read(path: str | Path) -> TrajectoryFile:
     """
     path = Path(path)
     try:
-        data = _content(path, _limit(path.suffix))
+        data = _content(path)
     except TrajectoryError as error:
         raise TrajectoryError(f"{path}: {error}") from error
     return read_content(str(path), data)
@@ -70,11 +76,12 @@ def read_content(name: str, data: bytes) -> TrajectoryFile:
     """
     suffix = Path(name).suffix
     try:
+        refuse_recording(name, data)
         text = _text(data, _limit(suffix))
         if _is_csv(suffix):
-            return TrajectoryFile(_trajectory_of_csv(text), ())
+            return TrajectoryFile(_trajectory_of_csv(name, text), ())
         _refuse_other_kind(name, text)
-        trajectory, notes = trajectory_of_yaml(text)
+        trajectory, notes = trajectory_of_message(text)
     except TrajectoryError as error:
         raise TrajectoryError(f"{name}: {error}") from error
     return TrajectoryFile(trajectory, notes)
@@ -159,11 +166,13 @@ def _apart(times: list[float]) -> list[int]:
     return kept if len(times) == 1 else [*kept, len(times) - 1]
 
 
-def _content(path: Path, limit: int) -> bytes:
+def _content(path: Path) -> bytes:
+    limit = _limit(path.suffix)
     try:
         if path.is_dir():
             raise TrajectoryError("is a folder; name a trajectory file")
         with open(path, "rb") as file:
+            refuse_recording(str(path), file.peek(8))
             if os.fstat(file.fileno()).st_size > limit:
                 raise TrajectoryError(f"is larger than {limit // 2**20} MiB; split it")
             return file.read(limit + 1)
@@ -187,7 +196,7 @@ def _text(data: bytes, limit: int) -> str:
     return text
 
 
-def _trajectory_of_csv(text: str) -> Trajectory:
+def _trajectory_of_csv(name: str, text: str) -> Trajectory:
     if not text.rstrip(" \t").endswith(("\n", "\r")):
         # Only a line end distinguishes 0.12 from a truncated 0.1234.
         raise TrajectoryError(
@@ -196,7 +205,11 @@ def _trajectory_of_csv(text: str) -> Trajectory:
         )
     rows = _rows(text)
     header_line, header = next(rows, (1, []))
-    names, columns = _header(header_line, [cell.strip() for cell in header])
+    header = [cell.strip() for cell in header]
+    refuse_other_table(name, header)
+    if has_motions(header):
+        return trajectory_of_motions(name, header, rows)
+    names, columns = _header(header_line, header)
     times: list[float] = []
     tables: tuple[list[list[float]], ...] = ([], [], [])
     for line, cells in rows:

@@ -32,9 +32,14 @@ from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.control.loop.realtime import realtime
-from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
+from bioscara.errors import (
+    BioscaraError,
+    InvalidArgumentError,
+    MotionCancelledError,
+    ZoneError,
+)
 from bioscara.extras import install
-from bioscara.model import ArmParameters
+from bioscara.model import ArmParameters, JointParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.collision.scene import Scene
@@ -49,6 +54,7 @@ from bioscara.report import (
 )
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot
+from bioscara.robot.operations.motions.follow_trajectory import checked
 from bioscara.robot.planner import Planner
 from bioscara.robot.sequences.sequence_file import is_sequence
 from bioscara.robot.workspace.workspace import Workspace
@@ -126,8 +132,7 @@ class Job:
         title: Name of the run.
         source: Origin of the trajectory, in words.
         trajectory: Trajectory to execute.
-        planned: The same as the arm follows it, slowed down and averaged; as given where it does
-            not name all joints.
+        planned: The same as the arm follows it, slowed down and averaged.
         notes: Notes on the trajectory for the user.
         scene: Surroundings to keep clear of, also during the motion to the start.
     """
@@ -170,18 +175,27 @@ def prepare(
         trajectory, factor = stretch(trajectory, parameters.joints)
         if factor > 1.0:
             notes += (f"stretched in time by {factor:.4f} to fit the limits",)
-    planned = trajectory
-    if set(trajectory.joint_names) == {joint.name for joint in parameters.joints}:
-        workspace = Workspace.of(parameters, reduced_speed=not full_speed).with_scene(scene)
-        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
-        planner = Planner(workspace, lambda: [start[joint.name] for joint in parameters.joints])
-        plan = planner.check_trajectory(trajectory, planner.here())
-        planned, notes = plan.trajectory, notes + plan.notes
-    else:
-        # Positions of joints that it does not name are known only after homing: then everything
-        # is checked again.
-        notes += tuple(check(trajectory, parameters.joints))
-    return Job(title, source, trajectory, planned, notes, scene)
+    planner = Planner(
+        Workspace.of(parameters, reduced_speed=not full_speed).with_scene(scene),
+        lambda: [_homed_at(joint) for joint in parameters.joints],
+    )
+    # Positions of joints that it does not name are known only after homing: then everything is
+    # planned again.
+    others = [name for name in planner.joint_names if name not in trajectory.joint_names]
+    try:
+        plan = checked(trajectory, planner)
+    except ZoneError as error:
+        if not others:
+            raise
+        where = ", ".join(others)
+        notes += (*check(trajectory, parameters.joints), f"with {where} as homed: {error}")
+        return Job(title, source, trajectory, trajectory, notes, scene)
+    return Job(title, source, trajectory, plan.trajectory, notes + plan.notes, scene)
+
+
+def _homed_at(joint: JointParameters) -> float:
+    """Return where homing leaves a joint [rad or m]."""
+    return joint.upper if joint.homing.velocity > 0.0 else joint.lower
 
 
 class _Result(NamedTuple):
@@ -191,6 +205,7 @@ class _Result(NamedTuple):
     message: str
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
+    planned_duration: float
 
 
 def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus:
@@ -217,14 +232,18 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
             names,
             _HOMING_CYCLES + int(job.planned.duration / robot.period),
         )
-        _keep_trajectory(folder, job)
+        try:
+            _keep_trajectory(folder, job.planned)
+        except InvalidArgumentError:
+            folder.discard()
+            raise
         acknowledge_faults(robot, output.line)
         history = CycleHistory(names)
         angles = angle_unit(options)
         units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
         view = make_view(output, units, angles, tool_line(robot, angles))
         with Observer(view, folder.samples, history) as observer, at_full_speed(robot, options):
-            result = _move(robot, job, cancelled, observer, options)
+            result = _move(robot, job, folder, cancelled, observer, options)
         summary = RunSummary(
             title=job.title,
             arm=robot.description,
@@ -237,18 +256,17 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
                 JointInfo(joint.name, joint.address, joint.unit, firmware)
                 for joint, firmware in zip(robot.parameters.joints, robot.firmware, strict=True)
             ),
-            planned_duration=job.planned.duration,
+            planned_duration=result.planned_duration,
             notes=(*overlay_notes(options, parameters), *job.notes, *result.warnings),
             faults=result.faults,
         )
     return _finish(summary, history, folder, observer.problem, output)
 
 
-def _keep_trajectory(folder: RunFolder, job: Job) -> None:
+def _keep_trajectory(folder: RunFolder, planned: Trajectory) -> None:
     try:
-        write_csv(folder.path / TRAJECTORY, job.planned)
+        write_csv(folder.path / TRAJECTORY, planned)
     except OSError as error:
-        folder.discard()
         raise InvalidArgumentError(
             f"{folder.path / TRAJECTORY} cannot be written: {error.strerror or error}; "
             f"choose another folder with --out"
@@ -256,15 +274,24 @@ def _keep_trajectory(folder: RunFolder, job: Job) -> None:
 
 
 def _move(
-    robot: Robot, job: Job, cancelled: StopRequest, observer: Observer, options: Options
+    robot: Robot,
+    job: Job,
+    folder: RunFolder,
+    cancelled: StopRequest,
+    observer: Observer,
+    options: Options,
 ) -> _Result:
     """Move the arm, leave it at rest and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
+    planned = job.planned
     progress = Progress(robot, cancelled, observer, job.notes)
     try:
         progress.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(on_cycle=progress.cycle)
+        if len(job.trajectory.joint_names) < len(robot.parameters.joints):
+            planned = checked(job.trajectory, robot.plan).trajectory
+            _keep_trajectory(folder, planned)
         progress.phase("following the trajectory")
         robot.follow(job.trajectory, approach=True, on_cycle=progress.cycle)
     except MotionCancelledError as error:
@@ -277,7 +304,8 @@ def _move(
     problems = robot.shutdown()
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]
-    return _Result(outcome, message, (*faults, *problems), tuple(progress.warnings))
+    warnings = tuple(progress.warnings)
+    return _Result(outcome, message, (*faults, *problems), warnings, planned.duration)
 
 
 def _finish(
