@@ -286,7 +286,7 @@ OVERLAY = "joints: {}\n# of this arm\n"
 
 def overlay_request(arm: Served, text: str, revision: int = 1) -> m.AnyResult:
     class Caller:
-        session, name = "caller", "caller"
+        session, name, connected = "caller", "caller", True
 
         def send_record(self, goal: int, record: object) -> None:
             """Take a record."""
