@@ -214,7 +214,7 @@ class ControllerManagerNode:
         )
         self._loaded = LoadedControllers(bridge)
         self._observation = Observation(bridge, self._loaded)
-        ManagerServices(bridge, self._loaded)
+        ManagerServices(bridge, self._loaded, self._listed)
         if find_spec("bioscara_interfaces") is None:
             self._log.warning(
                 "bioscara_interfaces is not installed: there are no services for plans, named "
@@ -268,7 +268,7 @@ class ControllerManagerNode:
     def _listed(self) -> None:
         """Follow a change of controllers or hardware."""
         if self._loaded is not None and self._observation is not None:
-            self._observation.publish_activity(self._loaded.follow())
+            self._observation.follow()
 
     def _changed(self, reason: str | None) -> None:
         """Follow the loss of the owner, or its return."""
@@ -284,7 +284,7 @@ class ControllerManagerNode:
         if self._bridge is not None and self._loaded is not None and self._observation is not None:
             self._bridge.goals.lose(reason)
             self._loaded.close()
-            self._observation.publish_activity(m.ControllerList((), (), ()))
+            self._observation.lose()
 
     def _close(self) -> None:
         """Deactivate and unload the controllers, and end the node."""

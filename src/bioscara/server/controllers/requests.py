@@ -20,7 +20,7 @@ from bioscara.control.controllers.joint_trajectory import (
     JointTrajectoryController,
     Point,
 )
-from bioscara.control.manager.diagnostics import diagnose
+from bioscara.control.manager.diagnostics import Thresholds, diagnose
 from bioscara.control.manager.introspection import introspect
 from bioscara.control.manager.switch_request import Strictness, Switch
 from bioscara.errors import (
@@ -32,6 +32,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
+from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
 from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
@@ -398,14 +399,17 @@ class ClientControllers:
 
         return Later(lambda: self._between(f"a question to {name}", ask), lambda state: state)
 
-    def _introspect(self, *_: object) -> Later:
+    def _introspect(self, _: Client, command: m.GetIntrospection, __: int) -> Later:
+        stack, clock = self._arm.stack, self._arm.session.clock
+        pace = clock.speed if isinstance(clock, PacedClock) else 1.0
+        thresholds = Thresholds(stack.loop.rate, command.thresholds, pace)
+
         def ask() -> m.Introspection:
-            stack = self._arm.stack
             return m.Introspection(
                 introspect(stack.manager),
                 tuple(
                     m.DiagnosticValue(each.name, int(each.level), each.message, dict(each.values))
-                    for each in diagnose(stack.manager, stack.supervisor.faults)
+                    for each in diagnose(stack.manager, stack.supervisor.faults, thresholds)
                 ),
             )
 

@@ -269,7 +269,7 @@ def test_a_client_cannot_declare_its_path_clear(left: Site, wait: float) -> None
 def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
     left: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    left.robot.controllers.set_hardware_state("bioscara_gripper", "active")
+    left.robot.controllers.set_hardware_state("bioscara_gripper_128", "active")
     left.activated(POSITION_JTC)
     arm, widths = left.served.robot._arm, []
 
