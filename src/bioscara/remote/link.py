@@ -365,12 +365,14 @@ class OwnerLink:
     def _require_process(self, connection: socket.socket) -> None:
         """Raise OwnerLostError if the owner is another process than it has to be."""
         # Of the process that listens: the kernel knows it, whoever has the name meanwhile.
-        credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+        credentials = connection.getsockopt(
+            socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size
+        )
         pid, _, _ = _CREDENTIALS.unpack(credentials)
         if self._pid not in (None, pid):
             raise OwnerLostError(
-                f"the owner of arm {self.name} is process {pid}, and not process {self._pid}, which "
-                "this program has started"
+                f"the owner of arm {self.name} is process {pid}, and not process {self._pid}, "
+                "which this program has started"
             )
 
     def _write(self, data: bytes) -> None:

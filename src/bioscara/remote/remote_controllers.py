@@ -144,8 +144,9 @@ class RemoteControllers:
         """Return the values, statistics and diagnostics of the controller manager.
 
         Args:
-            thresholds: By which the diagnostics are rated, where they differ from the defaults; their
-                names are those of ros2_control behind ``diagnostics.threshold.``, in Hz and us.
+            thresholds: By which the diagnostics are rated, where they differ from the defaults;
+                their names are those of ros2_control behind ``diagnostics.threshold.``, in Hz and
+                us.
 
         Raises:
             InvalidArgumentError: There is none of a name, or a value is not above zero.

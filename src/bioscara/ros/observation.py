@@ -1,11 +1,13 @@
-"""Activity, diagnostics and statistics of the manager."""
+"""Activity, diagnostics, statistics and hardware status of the manager."""
 
 from __future__ import annotations
 
 import re
 import sys
 import threading
+from collections.abc import Mapping
 
+from control_msgs.msg import HardwareStatus
 from controller_manager_msgs.msg import ControllerManagerActivity
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from pal_statistics_msgs.msg import Statistic, Statistics, StatisticsNames, StatisticsValues
@@ -15,10 +17,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from bioscara.api import messages as m
 from bioscara.control.manager.diagnostics import default_thresholds
 from bioscara.errors import BioscaraError
+from bioscara.model.parameters import JOINTS
 from bioscara.ros import messages
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
 from bioscara.ros.controllers.manager_services import described
+from bioscara.ros.hardware_status import Arm, hardware_status
 
 _LATCHED = QoSProfile(
     depth=1,
@@ -47,6 +51,7 @@ class Observation:
         node = bridge.node
         self._activity = node.create_publisher(ControllerManagerActivity, "~/activity", _LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._hardware = node.create_publisher(HardwareStatus, "~/hardware_status", 10)
         self._statistics = {
             topic: (
                 node.create_publisher(Statistics, f"~/{topic}/full", 10),
@@ -57,6 +62,7 @@ class Observation:
         }
         self._publishing = threading.Lock()
         self._states: tuple[dict[str, str], dict[str, str]] | None = None
+        self._values: Mapping[str, m.ComponentValue] = {}
         # Names of the components in the description, by those of the owner.
         self._components: dict[str, str] = {}
         self._names: dict[str, tuple[str, ...]] = {}
@@ -85,6 +91,7 @@ class Observation:
             {each.name: each.state for each in listing.controllers},
             {name: value.state for name, value in components.items()},
         )
+        self._values = components
         if components:
             self._components = {value.name: name for name, value in components.items()}
         if states != self._states:
@@ -96,7 +103,11 @@ class Observation:
 
     def _tick(self) -> None:
         try:
-            found = self._bridge.owner.robot.controllers.introspection(self._thresholds())
+            robot = self._bridge.owner.robot
+            found = robot.controllers.introspection(self._thresholds())
+            firmware = dict(zip(JOINTS, robot.firmware, strict=True))
+            sources = frozenset({*self._components, *self._bridge.description.joints.values()})
+            self._publish_hardware(Arm(robot.faults, sources, firmware, found.values))
         except BioscaraError as error:
             self._publish_diagnostics((_without_owner(str(error)),))
             return
@@ -109,6 +120,11 @@ class Observation:
         times = {name: value for name, value in values.items() if not _is_interface(name)}
         self._publish_statistics("introspection_data", values)
         self._publish_statistics("statistics", times)
+
+    def _publish_hardware(self, arm: Arm) -> None:
+        for component in self._bridge.description.components:
+            if (value := self._values.get(component.name)) is not None:
+                self._hardware.publish(hardware_status(self._now(), component, value, arm))
 
     def _status(self, value: m.DiagnosticValue) -> DiagnosticStatus:
         node = self._bridge.node.get_name()

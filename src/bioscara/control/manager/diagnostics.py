@@ -26,10 +26,10 @@ class Thresholds:
     """Limits above which a statistic is rated WARN or ERROR.
 
     Their names are those of ros2_control behind ``diagnostics.threshold.``, such as
-    ``controllers.execution_time.mean_error.warn``: of ``controllers``, ``hardware_components`` or the
-    ``controller_manager``, the ``periodicity`` [Hz] or the ``execution_time`` [us]; its mean error or
-    its standard deviation. The mean error of a periodicity is from the rate, that of a duration
-    from 0.
+    ``controllers.execution_time.mean_error.warn``: of ``controllers``, ``hardware_components`` or
+    the ``controller_manager``, the ``periodicity`` [Hz] or the ``execution_time`` [us]; its mean
+    error or its standard deviation. The mean error of a periodicity is from the rate, that of a
+    duration from 0.
 
     Args:
         rate: Cycles per second [Hz].

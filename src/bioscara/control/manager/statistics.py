@@ -181,7 +181,7 @@ class UpdateStatistics:
             since: When cycles began after the last pause, by the clock of :func:`perf_counter` [s].
         """
         former, self._began = self._began, perf_counter()
-        if since <= former < self._began:
+        if since < former < self._began:
             self.periodicity.add(1.0 / (self._began - former))
 
     def end(self) -> None:
@@ -225,7 +225,7 @@ class ManagerStatistics:
     def begin(self) -> None:
         """Note that a cycle begins."""
         former, self._began = self._began, perf_counter()
-        if self.since <= former < self._began:
+        if self.since < former < self._began:
             self.periodicity.add(1.0 / (self._began - former))
 
     def timed(

@@ -71,8 +71,6 @@ def run(options: Options) -> int:
         process = None
         if options.bus:
             rate = node.parameter("update_rate")
-            process = owner.enter_context(
-                OwnerProcess(options.bus, arm, rate, homed=options.homed)
-            )
+            process = owner.enter_context(OwnerProcess(options.bus, arm, rate, homed=options.homed))
         node.run(cancelled, process)
     return ExitStatus.OK
