@@ -93,6 +93,15 @@ def test_a_client_without_the_lease_can_read_and_not_change_anything(left: Site)
     assert left.states()[POSITION_JTC] == "active"
 
 
+def texts(left: Site) -> list[str]:
+    """Return the texts of all events of the owner."""
+    found, number = [], 0
+    while (event := left.served.owner.events.after(number)) is not None:
+        number = event.number
+        found.append(event.text)
+    return found
+
+
 def test_controllers_of_a_connected_client_are_its_own_and_those_of_one_that_left_are_taken(
     left: Site,
 ) -> None:
@@ -119,16 +128,13 @@ def test_controllers_of_a_connected_client_are_its_own_and_those_of_one_that_lef
                 change()
         assert left.states()["states"] == "active"
         assert left.states()["other"] == "inactive"
+    eventually(lambda: any(text.endswith(" has left") for text in texts(left)))
     second.load("states", BROADCASTER)
     assert left.states()["states"] == "unconfigured"
     second.switch(["other"])
     assert left.states()["other"] == "active"
     with pytest.raises(SwitchError, match="loaded already"):
         second.load("states", BROADCASTER)
-    events = left.served.owner.events
-    taken, number = [], 0
-    while (event := events.after(number)) is not None:
-        number = event.number
-        taken += [event.text] if " took controller " in event.text else []
+    taken = [text for text in texts(left) if " took controller " in text]
     assert [text.partition(" took ")[2].split()[1] for text in taken] == ["states", "other"]
     assert all("which has left" in text for text in taken)

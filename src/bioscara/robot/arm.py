@@ -306,8 +306,9 @@ class Arm:
         self._pace_homing = self._pace_motion = self._watched = True
         self._priority = priority
         self.pace(homing=False)
-        for each in (stack.manager, *stack.manager.controllers):
-            each.statistics.forget()
+        stack.manager.statistics.forget()
+        for controller in stack.manager.controllers:
+            controller.statistics.forget()
         self._ensure_runner()
 
     def run(self, ended: Callable[[], bool]) -> None:
