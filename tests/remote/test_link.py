@@ -289,6 +289,17 @@ def test_a_client_that_missed_the_end_of_its_motion_asks_for_it(
         assert operation.result(10.0) is None
 
 
+def test_an_owner_that_has_to_be_a_process_is_no_other(served: Served) -> None:
+    for pid in (os.getpid(), os.getpid() + 1):
+        link = OwnerLink(NAME, lambda _: None, lambda _: None, pid=pid)
+        if pid == os.getpid():
+            link.open()
+        else:
+            with pytest.raises(OwnerLostError, match=f"is process {os.getpid()}, and not .* {pid}"):
+                link.open()
+        link.close()
+
+
 def test_an_owner_that_is_gone_is_reported_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link_module, "PATIENCE", 0.3)
     with arm_served() as served:

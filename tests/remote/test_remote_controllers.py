@@ -15,14 +15,18 @@ from bioscara.control.controllers.joint_trajectory import (
 from bioscara.errors import (
     InvalidArgumentError,
     LeaseError,
+    SwitchError,
 )
+from bioscara.remote import RemoteRobot
 from bioscara.robot import Robot
 from client_controllers import (
+    BROADCASTER,
     FORWARD,
     JOINTS,
     JTC,
     POSITION_JTC,
     Site,
+    parameter_file,
     site,
 )
 from served import NAME, eventually
@@ -87,3 +91,50 @@ def test_a_client_without_the_lease_can_read_and_not_change_anything(left: Site)
         with pytest.raises(LeaseError):
             other.controllers.switch((), [POSITION_JTC])  # type: ignore[attr-defined]
     assert left.states()[POSITION_JTC] == "active"
+
+
+def texts(left: Site) -> list[str]:
+    """Return the texts of all events of the owner."""
+    found, number = [], 0
+    while (event := left.served.owner.events.after(number)) is not None:
+        number = event.number
+        found.append(event.text)
+    return found
+
+
+def test_controllers_of_a_connected_client_are_its_own_and_those_of_one_that_left_are_taken(
+    left: Site,
+) -> None:
+    forward = {"joints": list(JOINTS), "interface_name": "position"}
+    with RemoteRobot(NAME) as first:
+        first.controllers.load("states", BROADCASTER)
+        first.controllers.load("other", FORWARD, forward)
+        first.controllers.load(POSITION_JTC, **parameter_file()[POSITION_JTC])
+        for name in ("states", "other", POSITION_JTC):
+            first.controllers.configure(name)
+        first.controllers.switch(["states"])
+        first.release_lease()
+        second = left.robot.controllers
+        for change in (
+            lambda: second.load("states", BROADCASTER),
+            lambda: second.configure("other"),
+            lambda: second.cleanup("other"),
+            lambda: second.unload("other"),
+            lambda: second.switch(["other"]),
+            lambda: second.switch((), ["states"]),
+            lambda: second.set_parameters(POSITION_JTC, {"gains": {}}),
+        ):
+            with pytest.raises(SwitchError, match=r"is that of .*which is connected; end that"):
+                change()
+        assert left.states()["states"] == "active"
+        assert left.states()["other"] == "inactive"
+    eventually(lambda: any(text.endswith(" has left") for text in texts(left)))
+    second.load("states", BROADCASTER)
+    assert left.states()["states"] == "unconfigured"
+    second.switch(["other"])
+    assert left.states()["other"] == "active"
+    with pytest.raises(SwitchError, match="loaded already"):
+        second.load("states", BROADCASTER)
+    taken = [text for text in texts(left) if " took controller " in text]
+    assert [text.partition(" took ")[2].split()[1] for text in taken] == ["states", "other"]
+    assert all("which has left" in text for text in taken)

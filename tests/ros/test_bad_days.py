@@ -26,7 +26,7 @@ from ros.bringup_controllers import (
     near,
     point,
 )
-from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
+from ros.rig import ABORTED, CANCELED, MANAGER, SUCCEEDED, Rig, Ros
 from served import HALF, NAME
 from soak import simulate as let_fail
 
@@ -83,6 +83,20 @@ def worst_level(ros: Ros) -> int:
     return max(int(each["level"]) for each in diagnostics["status"])
 
 
+def broken(ros: Ros) -> list[str]:
+    """Return the joints whose hardware status is an error."""
+    topic, kind = f"{MANAGER}/hardware_status", "control_msgs/HardwareStatus"
+    ros.do("listen", type=kind, topic=topic)
+    messages = [message for _, message in ros.do("heard", topic=topic, count=4)][-2:]
+    ros.do("silence", topic=topic)
+    return [
+        device["device_id"]
+        for message in messages
+        for device in message["hardware_device_states"]
+        if device["hardware_status"][0]["health_status"] == 4
+    ]
+
+
 def test_a_fault_in_a_goal_aborts_it_with_the_reason(ros: Ros, ros_rig: Rig) -> None:
     ros.do("listen", type="diagnostic_msgs/DiagnosticArray", topic="/diagnostics")
     simulate(ros_rig, "obstacle", "j1", OBSTACLE)
@@ -95,6 +109,7 @@ def test_a_fault_in_a_goal_aborts_it_with_the_reason(ros: Ros, ros_rig: Rig) -> 
     assert any("j1" in each for each in faults(ros))
     assert "j1" in ros_rig.log
     wait_until(lambda: worst_level(ros) == 2, "an error among the diagnostics")
+    assert broken(ros) == ["j1"]
     assert not ros.switch([VELOCITY])["ok"]
     simulate(ros_rig, "clear_obstacles", "j1")
     recover(ros)

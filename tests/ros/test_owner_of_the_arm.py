@@ -16,6 +16,7 @@ import yaml
 
 from bioscara.api.runtime import VARIABLE, owners
 from bioscara.model.urdf import URDF
+from bioscara.remote.lease_keeper import TIME_TO_LIVE
 from bioscara.remote.remote_robot import RemoteRobot
 from processes import LIMIT, wait_until
 from ros.bringup_controllers import (
@@ -32,6 +33,8 @@ from ros.rig import ABORTED, MANAGER, Rig, Ros, rig
 from served import HALF, NAME
 
 pytestmark = pytest.mark.realtime
+SLOWLY = goal(near(0.2, at=60.0))
+"""A goal that outlasts a test."""
 
 
 @pytest.fixture(scope="module")
@@ -64,15 +67,24 @@ def connected(site: Rig) -> Iterator[RemoteRobot]:
             yield robot
 
 
-def running(site: Rig) -> list[str]:
-    """Return the names of the owners of a rig."""
+def running(site: Rig) -> dict[str, int]:
+    """Return the processes of the owners of a rig, by their names."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(VARIABLE, str(site.folder))
-        return [each.name for each in owners()]
+        return {each.name: each.pid for each in owners()}
 
 
 def logged(site: Rig, text: str, before: str = "") -> None:
     wait_until(lambda: text in site.log.removeprefix(before), f"{text!r} in the log")
+
+
+def aborted_in_time(ros: Ros, number: int | None, text: str) -> None:
+    """Require that a goal is aborted within the time of the lease, for a reason."""
+    begin = time.monotonic()
+    end = ended(ros, number)
+    assert time.monotonic() - begin < TIME_TO_LIVE + 0.5
+    assert end["status"] == ABORTED
+    assert text in end["result"]["error_string"]
 
 
 def lease_is_free(robot: RemoteRobot) -> bool:
@@ -122,10 +134,7 @@ def test_the_node_waits_for_an_owner_and_finds_the_next_one(empty: Rig) -> None:
             number = follow(ros, VELOCITY, goal(near(0.2, at=30.0)))
             assert number is not None
             first.kill()
-            first.wait()
-        end = ended(ros, number)
-        assert end["status"] == ABORTED
-        assert "owner" in end["result"]["error_string"]
+            aborted_in_time(ros, number, "owner")
         wait_until(lambda: ros.states() == {}, "no controllers")
         assert not ros.manager("load_controller", name=VELOCITY)["ok"]
         answer = ros.switch([VELOCITY])
@@ -272,19 +281,42 @@ def test_a_second_node_of_the_same_name_is_reported(site: Rig, ros: Ros) -> None
 def test_rule_69_with_a_bus_the_node_has_an_owner_of_its_own_as_long_as_it_runs(empty: Rig) -> None:
     site = empty
     with site.clients() as ros, site.node("--bus", "sim") as node:
-        wait_until(lambda: running(site) == ["arm"], "an owner")
+        wait_until(lambda: running(site).keys() == {"arm"}, "an owner")
         ros.found()
         arm = ros.manager("list_hardware_components")["component"][0]
         # update_rate of the parameter files.
         assert arm["rw_rate"] == 50
         node.kill()
         node.wait()
-        wait_until(lambda: running(site) == [], "the end of the owner")
+        wait_until(lambda: not running(site), "the end of the owner")
     with site.clients() as ros, site.node("--bus", "sim") as node:
         energise(ros)
         node.send_signal(signal.SIGINT)
         assert node.wait(LIMIT) == 0
-        assert running(site) == []
+        assert not running(site)
+
+
+def test_the_owner_of_a_node_is_used_by_no_other_and_its_end_aborts_goals(empty: Rig) -> None:
+    site = empty
+    with site.clients() as ros, site.node("--bus", "sim", "--homed") as node:
+        ros.found()
+        energise(ros)
+        ros.spawn(VELOCITY)
+        pid, before = running(site)["arm"], site.log
+        with site.node("--bus", "sim") as other:
+            assert other.wait(LIMIT) == 2
+        assert f"arm arm has an owner, process {pid} on sim; leave out --bus" in site.log
+        assert "connected to the owner" not in site.log.removeprefix(before)
+        number = follow(ros, VELOCITY, SLOWLY)
+        os.kill(pid, signal.SIGSTOP)
+        aborted_in_time(ros, number, "has been silent")
+        os.kill(pid, signal.SIGCONT)
+        wait_until(lambda: ros.states() == {VELOCITY: "inactive"}, "the owner")
+        assert ros.switch([VELOCITY])["ok"]
+        number = follow(ros, VELOCITY, SLOWLY)
+        os.kill(pid, signal.SIGKILL)
+        aborted_in_time(ros, number, "the owner of the arm has ended with status -9")
+        assert node.wait(LIMIT) == 1
 
 
 def test_an_owner_that_cannot_begin_ends_the_node(empty: Rig) -> None:

@@ -34,6 +34,8 @@ CLIENTS = 3
 class FakeClient:
     """A client as the owner knows it, with the epoch that it believes it has."""
 
+    connected = True
+
     def __init__(self, number: int) -> None:
         self.session, self.name = f"session {number}", f"client {number}"
         self.epoch: int | None = None

@@ -22,6 +22,7 @@ from bioscara.errors import BioscaraError, BusyOwnerError, FaultedError, OwnerLo
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.remote import RemoteRobot
 from bioscara.robot import Robot
+from bioscara.ros.owner_process import require_free
 from bioscara.server import overlay_file
 from bioscara.server.clients.client import Later
 from bioscara.server.clients.events import Events
@@ -272,6 +273,9 @@ def test_the_second_owner_of_a_name_is_refused_and_harms_nothing(
     _, errors = begun.communicate(timeout=20.0)
     assert begun.returncode != 0
     assert f"arm {NAME} has an owner, process {owner.pid} on sim" in errors
+    with pytest.raises(BusyOwnerError, match=f"process {owner.pid} on sim; leave out --bus"):
+        require_free(NAME)
+    require_free("right")
     assert can_connect()
     assert (folder / f"{NAME}.sock").is_socket()
     other = served_by(start, "--bus", "sim", "--name", "right")
@@ -286,7 +290,7 @@ OVERLAY = "joints: {}\n# of this arm\n"
 
 def overlay_request(arm: Served, text: str, revision: int = 1) -> m.AnyResult:
     class Caller:
-        session, name = "caller", "caller"
+        session, name, connected = "caller", "caller", True
 
         def send_record(self, goal: int, record: object) -> None:
             """Take a record."""

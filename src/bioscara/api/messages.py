@@ -1009,7 +1009,14 @@ class QueryController(Query, frozen=True, tag="query_controller"):
 
 
 class GetIntrospection(Query, frozen=True, tag="get_introspection"):
-    """Ask for the :class:`Introspection` of the controller manager."""
+    """Ask for the :class:`Introspection` of the controller manager.
+
+    Attributes:
+        thresholds: By which the diagnostics are rated, where they differ from the defaults; their
+            names are those of ros2_control behind ``diagnostics.threshold.``, in Hz and us.
+    """
+
+    thresholds: dict[str, float] = {}
 
 
 class AcquireLease(Command, frozen=True, kw_only=True, tag="acquire_lease"):

@@ -787,7 +787,7 @@ def _add_ros_command(commands: Parser) -> None:
         metavar="BUS",
         default="",
         help="own the arm on this bus, 'sim' (simulated) or 'linux:1' (I2C bus 1), instead of "
-        "using that of another owner",
+        "using that of another owner; it is named as --arm says, else 'arm'",
     )
     _add_homed(ros)
 

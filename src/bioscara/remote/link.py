@@ -44,6 +44,9 @@ _TRIES = 5
 _SEND_TIMEOUT = struct.pack("@ll", int(PATIENCE), 0)
 """Time in which an owner has to take a part of a request, as a ``struct timeval``."""
 
+_CREDENTIALS = struct.Struct("3i")
+"""Process, user and group of the other end, as a ``struct ucred``."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -97,6 +100,7 @@ class OwnerLink:
             once.
         lost: Called there when the owner has ended or was restarted, and its goals with it.
         events_after: Number after which events are received; None for new ones only.
+        pid: Process of the owner, which no other one may be; None for any.
         silence: Time without anything from the owner after which requests fail [s]; only for a
             program that has subscribed to samples. Until the owner is heard again, requests that
             need the lease are not sent: they would be carried out late. None to wait for each
@@ -117,10 +121,11 @@ class OwnerLink:
         lost: Callable[[OwnerLostError], object],
         *,
         events_after: int | None = None,
+        pid: int | None = None,
         silence: float | None = None,
     ) -> None:
         self.name = require_name(name)
-        self._silence = silence
+        self._pid, self._silence = pid, silence
         self._heard = time.monotonic()
         self._receive, self._lost = receive, lost
         self._session = secrets.token_hex(16)
@@ -231,7 +236,7 @@ class OwnerLink:
             raise BusyError(kind, "a callback of the connection", 0.0, "", inside=True)
         if epoch is not None and self._silence is not None:
             self.require()
-            self._require_heard()
+            self.require_heard()
         request = m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch)
         pending = _Pending(request, arrived)
         self._register(pending)
@@ -245,7 +250,7 @@ class OwnerLink:
             raise
         self._forget(pending)
         if not come:
-            self._require_heard()
+            self.require_heard()
             raise OwnerLostError(
                 f"the owner of arm {self.name} has not answered within {_ANSWER_TIMEOUT:g} s"
             )
@@ -270,8 +275,12 @@ class OwnerLink:
                 return True
         return False
 
-    def _require_heard(self) -> None:
-        """Raise OwnerLostError if the owner is silent for longer than it may be."""
+    def require_heard(self) -> None:
+        """Raise if the owner is silent for longer than it may be.
+
+        Raises:
+            OwnerLostError: It is.
+        """
         silent = time.monotonic() - self._heard
         if self._silence is not None and silent >= self._silence:
             raise OwnerLostError(
@@ -321,6 +330,7 @@ class OwnerLink:
             connection.settimeout(PATIENCE)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _SEND_TIMEOUT)
             connection.connect(os.fspath(path))
+            self._require_process(connection)
             hello = m.ClientHello(version=m.VERSION, client=self._client, session=self._session)
             # An owner that refuses this client says why, and may not read this.
             with suppress(BrokenPipeError, ConnectionResetError):
@@ -351,6 +361,19 @@ class OwnerLink:
         self._socket, self.welcome = connection, greeting
         self._heard = time.monotonic()
         return frames, messages
+
+    def _require_process(self, connection: socket.socket) -> None:
+        """Raise OwnerLostError if the owner is another process than it has to be."""
+        # Of the process that listens: the kernel knows it, whoever has the name meanwhile.
+        credentials = connection.getsockopt(
+            socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size
+        )
+        pid, _, _ = _CREDENTIALS.unpack(credentials)
+        if self._pid not in (None, pid):
+            raise OwnerLostError(
+                f"the owner of arm {self.name} is process {pid}, and not process {self._pid}, "
+                "which this program has started"
+            )
 
     def _write(self, data: bytes) -> None:
         with self._sending:

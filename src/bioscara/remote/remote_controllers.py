@@ -122,7 +122,7 @@ class RemoteControllers:
         """Bring a hardware component to a state, and return the state that it has reached.
 
         Args:
-            component: ``bioscara_arm`` or ``bioscara_gripper``.
+            component: ``bioscara_arm`` or ``bioscara_gripper_128``.
             state: ``unconfigured``, ``inactive``, ``active`` or ``finalized``. Active energises the
                 motors and moves nothing.
 
@@ -140,9 +140,19 @@ class RemoteControllers:
         """Return all controllers, also the arm's own, and all hardware components."""
         return self._ask(m.ListControllers(), m.ControllerList)
 
-    def introspection(self) -> m.Introspection:
-        """Return the values, statistics and diagnostics of the controller manager."""
-        return self._ask(m.GetIntrospection(), m.Introspection)
+    def introspection(self, thresholds: Mapping[str, float] | None = None) -> m.Introspection:
+        """Return the values, statistics and diagnostics of the controller manager.
+
+        Args:
+            thresholds: By which the diagnostics are rated, where they differ from the defaults;
+                their names are those of ros2_control behind ``diagnostics.threshold.``, in Hz and
+                us.
+
+        Raises:
+            InvalidArgumentError: There is none of a name, or a value is not above zero.
+        """
+        given = _mapping({} if thresholds is None else thresholds)
+        return self._ask(m.GetIntrospection(given), m.Introspection)
 
     def follow(self, name: str, goal: Goal) -> int:
         """Send a goal to a trajectory controller, and return its number.

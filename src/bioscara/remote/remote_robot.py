@@ -80,6 +80,7 @@ class RemoteRobot:
     Args:
         name: Name of the arm's owner.
         lost: Called in the connection's thread when the owner has ended or was restarted.
+        pid: Process of the owner, which no other one may be; None for any.
         silence: Time without anything from the owner after which calls fail [s], for a program that
             receives samples of the controllers; None to wait for each answer.
 
@@ -93,10 +94,11 @@ class RemoteRobot:
         name: str,
         *,
         lost: Callable[[OwnerLostError], object] | None = None,
+        pid: int | None = None,
         silence: float | None = None,
     ) -> None:
         self._name, self._lost = name, lost
-        self._link = OwnerLink(name, self._receive, self._owner_lost, silence=silence)
+        self._link = OwnerLink(name, self._receive, self._owner_lost, pid=pid, silence=silence)
         self._lease = LeaseKeeper(self._link)
         self._operations: dict[int, RemoteOperation[Any]] = {}
         self._early: OrderedDict[int, list[m.Event | m.GoalCycle]] = OrderedDict()
@@ -175,6 +177,14 @@ class RemoteRobot:
             raise NotSupportedError(
                 "priority and speed are the owner's: bioscara serve --priority, --speed"
             )
+
+    def require_heard(self) -> None:
+        """Raise if the owner has been silent for longer than ``silence``.
+
+        Raises:
+            OwnerLostError: It has.
+        """
+        self._link.require_heard()
 
     def acquire_lease(self, *, force: bool = False) -> None:
         """Take the lease of the arm.

@@ -288,7 +288,7 @@ class Arm:
                 priority is outside its range.
             RealtimeError: The system does not permit the priority.
         """
-        _ = self.stack
+        stack = self.stack
         speed, clock = number("speed", speed), self.session.clock
         if priority is not None:
             # Here too: an error in the thread of the loop would end the loop without a message.
@@ -306,6 +306,9 @@ class Arm:
         self._pace_homing = self._pace_motion = self._watched = True
         self._priority = priority
         self.pace(homing=False)
+        stack.manager.statistics.forget()
+        for controller in stack.manager.controllers:
+            controller.statistics.forget()
         self._ensure_runner()
 
     def run(self, ended: Callable[[], bool]) -> None:

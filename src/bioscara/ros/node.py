@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from bioscara.api import messages as m
-from bioscara.errors import BioscaraError, ConfigurationError, OwnerLostError
+from bioscara.errors import BioscaraError, ConfigurationError, HardwareError, OwnerLostError
 from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm.robot_frames import DESCRIPTION, LATCHED, RobotFrames
@@ -30,6 +30,7 @@ from bioscara.ros.controllers.parameters import without_effect
 from bioscara.ros.executor import NodeExecutor
 from bioscara.ros.observation import Observation
 from bioscara.ros.owner import OwnerConnection
+from bioscara.ros.owner_process import OwnerProcess
 
 NAME = "controller_manager"
 _THREADS = 16
@@ -89,7 +90,7 @@ class ControllerManagerNode:
         self._observation: Observation | None = None
         self._description: RobotDescription | None = None
         self._compared_with: RemoteRobot | None = None
-        self._ending = False
+        self._ending, self._silence = False, ""
         self._spinning = threading.Thread(target=self._spin, name="bioscara-ros-spin", daemon=True)
         parameters = self.node.get_parameters_by_prefix("")
         for text in without_effect({name: each.value for name, each in parameters.items()}):
@@ -104,21 +105,27 @@ class ControllerManagerNode:
         found = self.node.get_parameter_or(name, None)
         return None if found is None else found.value
 
-    def run(self, ended: Callable[[], bool], check: Callable[[], object] | None = None) -> None:
+    def run(self, ended: Callable[[], bool], process: OwnerProcess | None = None) -> None:
         """Run until ``ended`` returns true, or ROS is shut down; then deactivate everything.
 
         Args:
             ended: Returns whether to end.
-            check: Called again and again; its exception ends the node, too.
+            process: The owner, if this program has started it: the node uses no other one, and ends
+                with it; None for that of another program.
+
+        Raises:
+            HardwareError: That owner has ended.
+            ConfigurationError: The description contradicts the parameters of the arm.
         """
         self._spinning.start()
-        self._owner.start()
+        self._owner.start(None if process is None else process.pid)
         try:
             for number in itertools.count(1):
                 if ended() or not self._context.ok():
                     break
-                if check is not None:
-                    check()
+                if process is not None:
+                    self._check(process)
+                self._end_goals_in_silence()
                 description = self._compared()
                 if description is not None and self._bridge is None:
                     self._offer(description)
@@ -127,6 +134,24 @@ class ControllerManagerNode:
                 time.sleep(_POLL)
         finally:
             self._close()
+
+    def _check(self, process: OwnerProcess) -> None:
+        """Raise HardwareError if the owner that this program started has ended, with its goals."""
+        try:
+            process.check()
+        except HardwareError as error:
+            self._changed(str(error))
+            raise
+
+    def _end_goals_in_silence(self) -> None:
+        """End the goals of an owner that has been silent for longer than its lease lasts.
+
+        It has stopped the arm, or is not there any more; where it goes on, the lease has lapsed.
+        """
+        former, self._silence = self._silence, self._owner.silence
+        if self._silence and not former and self._bridge is not None:
+            self._log.error(f"all goals are aborted: {self._silence}")
+            self._bridge.goals.lose(self._silence)
 
     def _spin(self) -> None:
         while self._context.ok() and not self._ending:
@@ -189,7 +214,7 @@ class ControllerManagerNode:
         )
         self._loaded = LoadedControllers(bridge)
         self._observation = Observation(bridge, self._loaded)
-        ManagerServices(bridge, self._loaded)
+        ManagerServices(bridge, self._loaded, self._listed)
         if find_spec("bioscara_interfaces") is None:
             self._log.warning(
                 "bioscara_interfaces is not installed: there are no services for plans, named "
@@ -243,7 +268,7 @@ class ControllerManagerNode:
     def _listed(self) -> None:
         """Follow a change of controllers or hardware."""
         if self._loaded is not None and self._observation is not None:
-            self._observation.publish_activity(self._loaded.follow())
+            self._observation.follow()
 
     def _changed(self, reason: str | None) -> None:
         """Follow the loss of the owner, or its return."""
@@ -259,11 +284,11 @@ class ControllerManagerNode:
         if self._bridge is not None and self._loaded is not None and self._observation is not None:
             self._bridge.goals.lose(reason)
             self._loaded.close()
-            self._observation.publish_activity(m.ControllerList((), (), ()))
+            self._observation.lose()
 
     def _close(self) -> None:
         """Deactivate and unload the controllers, and end the node."""
-        if self._loaded is not None:
+        if self._loaded is not None and self._loaded.names:
             try:
                 self._loaded.shut_down()
             except BioscaraError as error:

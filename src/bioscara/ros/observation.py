@@ -1,18 +1,28 @@
-"""Activity, diagnostics and statistics of the manager."""
+"""Activity, diagnostics, statistics and hardware status of the manager."""
 
 from __future__ import annotations
 
+import re
+import sys
+import threading
+from collections.abc import Mapping
+
+from control_msgs.msg import HardwareStatus
 from controller_manager_msgs.msg import ControllerManagerActivity
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from pal_statistics_msgs.msg import Statistic, Statistics, StatisticsNames, StatisticsValues
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from bioscara.api import messages as m
+from bioscara.control.manager.diagnostics import default_thresholds
 from bioscara.errors import BioscaraError
+from bioscara.model.parameters import JOINTS
 from bioscara.ros import messages
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
 from bioscara.ros.controllers.manager_services import described
+from bioscara.ros.hardware_status import Arm, hardware_status
 
 _LATCHED = QoSProfile(
     depth=1,
@@ -21,6 +31,9 @@ _LATCHED = QoSProfile(
 )
 _PERIOD = 1.0
 """Time between two diagnostics [s]."""
+_THRESHOLD = "diagnostics.threshold."
+"""Begin of the names of thresholds among the parameters of the manager."""
+_POSITIVE = FloatingPointRange(from_value=sys.float_info.min, to_value=sys.float_info.max)
 _OWN_PREFIX = "arm."
 """Begin of the names of the arm's own controllers."""
 
@@ -38,6 +51,7 @@ class Observation:
         node = bridge.node
         self._activity = node.create_publisher(ControllerManagerActivity, "~/activity", _LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._hardware = node.create_publisher(HardwareStatus, "~/hardware_status", 10)
         self._statistics = {
             topic: (
                 node.create_publisher(Statistics, f"~/{topic}/full", 10),
@@ -46,22 +60,54 @@ class Observation:
             )
             for topic in ("introspection_data", "statistics")
         }
+        self._publishing = threading.Lock()
+        self._states: tuple[dict[str, str], dict[str, str]] | None = None
+        self._values: Mapping[str, m.ComponentValue] = {}
+        # Names of the components in the description, by those of the owner.
+        self._components: dict[str, str] = {}
         self._names: dict[str, tuple[str, ...]] = {}
         self._versions: dict[str, int] = {}
+        self._declare_thresholds(round(1.0 / bridge.owner.robot.period))
         self._timer = node.create_timer(_PERIOD, self._tick, callback_group=bridge.parallel)
 
-    def publish_activity(self, listing: m.ControllerList) -> None:
-        """Publish the states of the controllers and of the hardware in a list."""
-        controllers = {each.name: each.state for each in listing.controllers}
-        components = {name: value.state for name, value in described(self._bridge, listing).items()}
-        self._activity.publish(messages.activity(self._now(), controllers, components))
+    def follow(self) -> None:
+        """Publish the states of controllers and hardware, if they have changed.
+
+        Raises:
+            OwnerLostError: There is no owner.
+        """
+        # A list that was asked for before must not be published after a newer one.
+        with self._publishing:
+            self._publish_activity(self._loaded.follow())
+
+    def lose(self) -> None:
+        """Publish that there are no controllers and no hardware."""
+        with self._publishing:
+            self._publish_activity(m.ControllerList((), (), ()))
+
+    def _publish_activity(self, listing: m.ControllerList) -> None:
+        components = described(self._bridge, listing)
+        states = (
+            {each.name: each.state for each in listing.controllers},
+            {name: value.state for name, value in components.items()},
+        )
+        self._values = components
+        if components:
+            self._components = {value.name: name for name, value in components.items()}
+        if states != self._states:
+            self._states = states
+            self._activity.publish(messages.activity(self._now(), *states))
 
     def _now(self) -> float:
         return 1e-9 * float(self._bridge.node.get_clock().now().nanoseconds)
 
     def _tick(self) -> None:
         try:
-            found = self._bridge.owner.robot.controllers.introspection()
+            robot = self._bridge.owner.robot
+            found = robot.controllers.introspection(self._thresholds())
+            firmware = dict(zip(JOINTS, robot.firmware, strict=True))
+            sources = frozenset({*self._components, *self._bridge.description.joints.values()})
+            self._publish_hardware(Arm(robot.faults, sources, firmware, found.values))
         except BioscaraError as error:
             self._publish_diagnostics((_without_owner(str(error)),))
             return
@@ -75,12 +121,18 @@ class Observation:
         self._publish_statistics("introspection_data", values)
         self._publish_statistics("statistics", times)
 
+    def _publish_hardware(self, arm: Arm) -> None:
+        for component in self._bridge.description.components:
+            if (value := self._values.get(component.name)) is not None:
+                self._hardware.publish(hardware_status(self._now(), component, value, arm))
+
     def _status(self, value: m.DiagnosticValue) -> DiagnosticStatus:
         node = self._bridge.node.get_name()
         values = {
             name: text for name, text in value.values.items() if not name.startswith(_OWN_PREFIX)
         }
-        level, message = value.level, value.message
+        values = {self._described(name): text for name, text in values.items()}
+        level, message = value.level, self._described(value.message)
         if value.name == "Controllers Activity" and not self._loaded.names:
             level, message = max(level, 1), "no controllers are loaded"
         return _status(f"{node}: {value.name}", level, message, values)
@@ -93,12 +145,31 @@ class Observation:
             DiagnosticArray(header=messages.header(self._now()), status=list(statuses))
         )
 
-    def _described(self, name: str) -> str:
-        """Return the name of a value, with the joint as the description names it."""
-        kind, dot, rest = name.partition(".")
-        if _is_interface(name):
+    def _described(self, text: str) -> str:
+        """Return the name of a value or a message with the names of the description."""
+        kind, dot, rest = text.partition(".")
+        if _is_interface(text):
             return kind + dot + self._bridge.description.described(rest)
-        return name
+        for own, name in self._components.items():
+            text = re.sub(rf"\b{own}\b", name, text)
+        return text
+
+    def _declare_thresholds(self, rate: int) -> None:
+        """Declare the thresholds, whose defaults depend on the rate of the owner."""
+        node = self._bridge.node
+        for name, value in default_thresholds(rate).items():
+            unit = "Hz" if ".periodicity." in name else "us"
+            if not node.has_parameter(_THRESHOLD + name):
+                descriptor = ParameterDescriptor(
+                    description=f"Above this value [{unit}] the diagnostics say so",
+                    floating_point_range=[_POSITIVE],
+                )
+                node.declare_parameter(_THRESHOLD + name, value, descriptor)
+
+    def _thresholds(self) -> dict[str, float]:
+        found = self._bridge.node.get_parameters_by_prefix(_THRESHOLD[:-1])
+        known = default_thresholds(1)
+        return {name: each.value for name, each in found.items() if name in known}
 
     def _publish_statistics(self, topic: str, values: dict[str, float]) -> None:
         full, names, numbers = self._statistics[topic]

@@ -47,6 +47,7 @@ class OwnerConnection:
     ) -> None:
         self.name, self.own = name, set[str]()
         self._receive, self._listed, self._changed = receive, listed, changed
+        self._pid: int | None = None
         self._robot: RemoteRobot | None = None
         self._reason = f"the owner of arm {name} was not found yet"
         self._sample: m.ControllersSample | None = None
@@ -60,8 +61,13 @@ class OwnerConnection:
             for target in (self._connect, self._pass_on)
         ]
 
-    def start(self) -> None:
-        """Begin to connect."""
+    def start(self, pid: int | None = None) -> None:
+        """Begin to connect.
+
+        Args:
+            pid: Process of the owner, which no other one may be; None for any.
+        """
+        self._pid = pid
         for thread in self._threads:
             thread.start()
 
@@ -85,6 +91,17 @@ class OwnerConnection:
     def reason(self) -> str:
         """Why there is none; empty if there is one."""
         return "" if self.connected else self._reason
+
+    @property
+    def silence(self) -> str:
+        """Why calls of the owner fail, if it has been silent for too long; else empty."""
+        robot = self._robot
+        try:
+            if robot is not None:
+                robot.require_heard()
+        except OwnerLostError as error:
+            return str(error)
+        return ""
 
     @property
     def robot(self) -> RemoteRobot:
@@ -157,7 +174,7 @@ class OwnerConnection:
                 self._waiting.wait_for(lambda: self._closed or self._lost is not None, _RETRY)
 
     def _find(self) -> None:
-        robot = RemoteRobot(self.name, lost=self._note_loss, silence=SILENCE)
+        robot = RemoteRobot(self.name, lost=self._note_loss, pid=self._pid, silence=SILENCE)
         try:
             robot.open()
             robot.controllers.subscribe(self._take)

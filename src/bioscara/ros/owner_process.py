@@ -10,7 +10,8 @@ import sys
 from types import TracebackType
 from typing import Self
 
-from bioscara.errors import HardwareError
+from bioscara.api import runtime
+from bioscara.errors import BusyOwnerError, HardwareError, OwnerLostError
 
 _SET_DEATH_SIGNAL = 1
 """``PR_SET_PDEATHSIG`` of prctl(2)."""
@@ -34,6 +35,11 @@ class OwnerProcess:
         self._words = ["serve", "--bus", bus, "--name", name, *(["--homed"] if homed else [])]
         if rate is not None:
             self._words += ["--rate", str(rate)]
+
+    @property
+    def pid(self) -> int:
+        """The process."""
+        return self._process.pid
 
     def __enter__(self) -> Self:
         # In a group of its own: Ctrl-C is for the node, which ends it after the controllers.
@@ -68,6 +74,22 @@ class OwnerProcess:
             raise HardwareError(
                 f"the owner of the arm has ended with status {status}; its last message says why"
             )
+
+
+def require_free(name: str) -> None:
+    """Raise if an arm has an owner.
+
+    Raises:
+        BusyOwnerError: It has.
+    """
+    try:
+        owner = runtime.find(name)
+    except OwnerLostError:
+        return
+    raise BusyOwnerError(
+        f"arm {name} has an owner, process {owner.pid} on {owner.bus}; leave out --bus to use that "
+        "arm, or give the one on this bus another name with --arm NAME"
+    )
 
 
 def main() -> None:

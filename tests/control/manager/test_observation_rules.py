@@ -13,16 +13,15 @@ from hypothesis import strategies as st
 
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.diagnostics import (
-    EXECUTION_TIME,
-    PERIODICITY,
     Level,
-    Threshold,
+    Thresholds,
+    default_thresholds,
     diagnose,
 )
 from bioscara.control.manager.introspection import introspect
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.statistics import READ, Spread, SpreadSummary
-from bioscara.errors import SwitchError
+from bioscara.errors import InvalidArgumentError, SwitchError
 from bioscara.hardware import LifecycleState
 from control.control_stack import NAMES, World
 from control.scripted_controller import Box, Wild, boom, wild
@@ -34,6 +33,25 @@ POSITION = "g/position"
 def boxed() -> tuple[ControllerManager, Box]:
     box = Box()
     return ControllerManager((box,), Limiter(joint_limiters((box,))), 100), box
+
+
+class RealTime:
+    """The clock of the computer, which passes with the cycles."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = 0.0
+        monkeypatch.setattr("bioscara.control.manager.statistics.perf_counter", lambda: self.now)
+
+    def cycle(self, manager: ControllerManager, *periods: float) -> None:
+        """Run a cycle after each period of real time [s]; the arm's own is 10 ms."""
+        for period in periods:
+            self.now += period
+            manager.cycle(0.0, 0.01)
+
+
+@pytest.fixture
+def real_time(monkeypatch: pytest.MonkeyPatch) -> RealTime:
+    return RealTime(monkeypatch)
 
 
 def load(manager: ControllerManager, name: str, **values: object) -> Wild:
@@ -134,65 +152,105 @@ def test_rule_67_a_spread_of_nothing_is_unknown_and_memory_does_not_grow() -> No
     assert size < 3000
 
 
-def test_rule_67_each_controller_is_timed_from_its_activation_on() -> None:
+def test_rule_67_each_controller_is_timed_from_its_activation_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     world = World(home=False)
+    monkeypatch.setattr("bioscara.control.manager.statistics.perf_counter", world.clock.now)
     a = wild(world, "a", states=(J1,))
     half = wild(world, "half", states=(J1,), update_rate=50)
-    begin = world.manager.statistics.periodicity.summary().sample_count
+    begin = world.manager.statistics.read["bioscara_arm"].summary().sample_count
     world.switch("a", "half")
     world.run(0.5)
     ours = a.statistics.periodicity.summary()
-    assert (ours.sample_count, ours.average) == (50, pytest.approx(100.0, rel=0.01))
+    assert (ours.sample_count, ours.average) == (49, pytest.approx(100.0, rel=0.01))
     assert half.statistics.periodicity.summary().average == pytest.approx(50.0, rel=0.01)
     assert half.statistics.execution_time.summary().sample_count == pytest.approx(25, abs=1)
     cycles = world.manager.statistics.periodicity.summary()
-    assert cycles.sample_count == begin + 50
-    taken = a.statistics.execution_time.summary()
-    assert 0.0 < taken.min <= taken.average <= taken.max < 0.05
+    assert cycles.sample_count == begin + 48, "of all cycles but the first two"
+    assert a.statistics.execution_time.summary().sample_count == 50
     for spreads in (world.manager.statistics.read, world.manager.statistics.write):
         assert spreads["bioscara_arm"].summary().sample_count == begin + 50
     world.switch("a", off=("a",))
     assert a.statistics.periodicity.summary().sample_count == 0
 
 
-def test_rule_67_a_jitter_of_the_cycle_is_seen() -> None:
+def test_rule_67_a_jitter_of_the_cycle_is_seen_in_real_time(real_time: RealTime) -> None:
     manager, _ = boxed()
-    load(manager, "a")
+    a = load(manager, "a")
     manager.switch(0.0, ("a",))
-    for number in range(100):
-        manager.cycle(0.0, 0.01 if number % 2 else 0.02)
+    real_time.cycle(manager, 0.01, *(0.01, 0.02) * 50)
+    assert a.statistics.periodicity.summary().standard_deviation == pytest.approx(25.0)
+    manager.statistics.restart()
+    real_time.cycle(manager, 5.0)
     summary = manager.statistics.periodicity.summary()
+    assert a.statistics.periodicity.summary().min == pytest.approx(50.0), "no pause is a period"
     assert (summary.min, summary.max, summary.average) == pytest.approx((50.0, 100.0, 75.0))
     assert summary.standard_deviation == pytest.approx(25.0)
     _, _, cycles = diagnose(manager)
     assert (cycles.name, cycles.level) == ("Controller Manager Activity", Level.ERROR)
     assert cycles.values["periodicity.standard_deviation"] == "25.000"
     assert cycles.values["update_rate"] == "100"
+    manager.statistics.forget()
+    assert manager.statistics.periodicity.summary().sample_count == 0
+
+
+def rated(name: str, average: float, deviation: float, **given: float) -> Level:
+    """Return the severity of a statistic, in Hz from the rate of 100 Hz or in us."""
+    thresholds = Thresholds(100, {f"{name}.{each}": value for each, value in given.items()})
+    whose, _, kind = name.partition(".")
+    if kind == "periodicity":
+        summary = SpreadSummary(100.0 + average, 0.0, 0.0, deviation, 9, 0.0)
+        return thresholds.rate_periodicity(whose, summary, 100.0)
+    summary = SpreadSummary(1e-6 * average, 0.0, 0.0, 1e-6 * deviation, 9, 0.0)
+    return thresholds.rate_duration(whose, summary)
 
 
 @pytest.mark.parametrize(
-    ("thresholds", "expected", "scale"), [(PERIODICITY, 100.0, 1.0), (EXECUTION_TIME, 0.0, 1e-6)]
+    "name",
+    [
+        "controller_manager.periodicity",
+        "controllers.periodicity",
+        "controllers.execution_time",
+        "hardware_components.execution_time",
+    ],
 )
-def test_rule_67_thresholds(thresholds: object, expected: float, scale: float) -> None:
-    mean, deviation = ((5.0, 10.0), (5.0, 10.0))
-    if thresholds is EXECUTION_TIME:
-        mean, deviation = (1000.0, 2000.0), (100.0, 200.0)
+def test_rule_67_thresholds_are_shares_of_the_cycle_unless_they_are_given(name: str) -> None:
+    known = default_thresholds(100)
+    mean, deviation = (
+        [known[f"{name}.{kind}.{word}"] for word in ("warn", "error")]
+        for kind in ("mean_error", "standard_deviation")
+    )
     for average, spread, level in (
         (0.9 * mean[0], 0.9 * deviation[0], Level.OK),
         (1.1 * mean[0], 0.0, Level.WARN),
         (0.0, 1.1 * deviation[0], Level.WARN),
         (1.1 * mean[1], 0.0, Level.ERROR),
-        (-1.1 * mean[1], 0.0, Level.ERROR),
         (0.0, 1.1 * deviation[1], Level.ERROR),
         (math.nan, math.nan, Level.OK),
     ):
-        summary = SpreadSummary(expected + scale * average, 0.0, 0.0, scale * spread, 9, 0.0)
-        assert thresholds.rate(summary, expected) is level  # type: ignore[attr-defined]
+        assert rated(name, average, spread) is level
+    assert rated(name, 2.0, 0.0, **{"mean_error.warn": 1.0}) is Level.WARN
+    assert default_thresholds(50)[f"{name}.mean_error.warn"] in (mean[0] / 2, mean[0] * 2)
     assert [int(level) for level in Level] == [0, 1, 2]
-    assert Threshold(1.0, 2.0).rate(2.0) is Level.WARN
 
 
-def test_rule_67_diagnostics_are_rated_and_worded() -> None:
+def test_rule_67_thresholds_that_cannot_be_used_are_named() -> None:
+    with pytest.raises(InvalidArgumentError, match=r"'controllers.periodicity.mean_eror.warn'"):
+        Thresholds(100, {"controllers.periodicity.mean_eror.warn": 1.0})
+    for value in (0.0, -1.0, math.nan):
+        with pytest.raises(InvalidArgumentError, match=r"controllers.periodicity.mean_error.warn"):
+            Thresholds(100, {"controllers.periodicity.mean_error.warn": value})
+
+
+def test_rule_67_a_simulation_that_is_faster_is_expected_to_be() -> None:
+    summary = SpreadSummary(2000.0, 0.0, 0.0, 20.0, 9, 0.0)
+    for pace, level in ((20.0, Level.OK), (1.0, Level.ERROR)):
+        thresholds = Thresholds(100, {}, pace)
+        assert thresholds.rate_periodicity("controllers", summary, 100.0) is level
+
+
+def test_rule_67_diagnostics_are_rated_and_worded(real_time: RealTime) -> None:
     manager, box = boxed()
     controllers, hardware, cycles = diagnose(manager)
     assert (controllers.name, controllers.level) == ("Controllers Activity", Level.WARN)
@@ -202,8 +260,7 @@ def test_rule_67_diagnostics_are_rated_and_worded() -> None:
     a = load(manager, "a")
     load(manager, "idle")
     manager.switch(0.0, ("a",))
-    for _ in range(50):
-        manager.cycle(0.0, 0.01)
+    real_time.cycle(manager, *(0.01,) * 50)
     controllers, hardware, _ = diagnose(manager)
     assert list(controllers.values) == [
         "a.state",
@@ -218,7 +275,7 @@ def test_rule_67_diagnostics_are_rated_and_worded() -> None:
     assert controllers.values["a.execution_time"].startswith("Avg: ")
     assert "box.read_cycle.execution_time" in hardware.values
     for _ in range(50):
-        a.statistics.execution_time.add(5e-3)
+        a.statistics.execution_time.add(10e-3)
     controllers, _, _ = diagnose(manager)
     assert (controllers.level, controllers.message) == (Level.ERROR, "a.execution_time")
     box.deactivate()
@@ -249,7 +306,7 @@ def test_rule_68_every_interface_and_statistic_has_its_name_and_value() -> None:
     ):
         assert [f"{owner}/{kind}" in told for kind in kinds] == [True] * 6
     assert told["a.stats/execution_time/sample_count"] == 30
-    assert told["a.stats/periodicity/average"] == pytest.approx(100.0, rel=0.01)
+    assert told["a.stats/periodicity/sample_count"] == 29
     # Microseconds, as in ROS; the host's own time.
     read = world.manager.statistics.timing[READ]
     assert told["controller_manager.read_time"] == pytest.approx(1e6 * read)

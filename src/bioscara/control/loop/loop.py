@@ -124,6 +124,7 @@ class Loop:
         self._deadline = self._last = math.nan
         self._window.extend([False] * self.rate)
         self._missed = self._in_a_row = 0
+        self._manager.statistics.restart()
 
     def step(self, before: Callable[[], object] | None = None) -> CycleReport:
         """Wait for the next deadline and run one cycle.

@@ -122,10 +122,10 @@ class Execution:
         handles = controller.command_handles
         before = [handle.value for handle in handles]
         try:
-            start = perf_counter()
+            statistics = controller.statistics
+            statistics.begin(self._statistics.since)
             controller.update(time, elapsed)
-            controller.statistics.execution_time.add(perf_counter() - start)
-            controller.statistics.periodicity.add(1.0 / elapsed)
+            statistics.end()
             # The sum is not finite if one of them is not; it takes half the time of the checks.
             if handles and not isfinite(sum([handle.value for handle in handles])):
                 _require_finite(controller)

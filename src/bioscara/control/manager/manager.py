@@ -257,7 +257,7 @@ class ControllerManager:
         if not period > 0.0:
             raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period:g} s")
         self._execution.failures, self._between_cycles = self._between_cycles, []
-        self.statistics.periodicity.add(1.0 / period)
+        self.statistics.begin()
         timed = self.statistics.timed
         timed(READ, self.read, time, period)
         timed(UPDATE, self.update, time, period)

@@ -161,13 +161,32 @@ class UpdateStatistics:
 
     Attributes:
         execution_time: Their computing time [s].
-        periodicity: How often they came [Hz].
+        periodicity: How often they came, in real time [Hz].
     """
 
-    __slots__ = ("execution_time", "periodicity")
+    __slots__ = ("_began", "execution_time", "periodicity")
 
     def __init__(self) -> None:
         self.execution_time, self.periodicity = Spread(), Spread()
+        self._began = math.nan
+
+    def forget(self) -> None:
+        """Forget how often they came so far: those of a simulation need not be in real time."""
+        self.periodicity = Spread()
+
+    def begin(self, since: float) -> None:
+        """Note that an update begins.
+
+        Args:
+            since: When cycles began after the last pause, by the clock of :func:`perf_counter` [s].
+        """
+        former, self._began = self._began, perf_counter()
+        if since < former < self._began:
+            self.periodicity.add(1.0 / (self._began - former))
+
+    def end(self) -> None:
+        """Note that it has ended without an error."""
+        self.execution_time.add(perf_counter() - self._began)
 
 
 class ManagerStatistics:
@@ -177,14 +196,15 @@ class ManagerStatistics:
         components: Names of its hardware components.
 
     Attributes:
-        periodicity: How often they came [Hz].
+        periodicity: How often they came, in real time, since :meth:`forget` [Hz].
         read: Duration of reading [s], by component.
         write: Duration of writing [s], by component.
         timing: Durations of the steps of the last cycle [s], at :data:`READ`, :data:`UPDATE` and
             :data:`WRITE`.
+        since: When cycles began after the last pause, by the clock of :func:`perf_counter` [s].
     """
 
-    __slots__ = ("periodicity", "read", "timing", "write")
+    __slots__ = ("_began", "periodicity", "read", "since", "timing", "write")
 
     def __init__(self, components: Iterable[str]) -> None:
         names = tuple(components)
@@ -192,6 +212,21 @@ class ManagerStatistics:
         self.read = {name: Spread() for name in names}
         self.write = {name: Spread() for name in names}
         self.timing = [0.0, 0.0, 0.0]
+        self._began, self.since = math.nan, -math.inf
+
+    def restart(self) -> None:
+        """Start again after a pause without cycles, which is no period."""
+        self.since = perf_counter()
+
+    def forget(self) -> None:
+        """Forget how often they came so far; as :meth:`UpdateStatistics.forget`."""
+        self.periodicity = Spread()
+
+    def begin(self) -> None:
+        """Note that a cycle begins."""
+        former, self._began = self._began, perf_counter()
+        if self.since < former < self._began:
+            self.periodicity.add(1.0 / (self._began - former))
 
     def timed(
         self, step: int, work: Callable[[float, float], object], time: float, period: float

@@ -360,6 +360,7 @@ export interface GetHistory {
 
 export interface GetIntrospection {
   kind: "get_introspection";
+  thresholds?: Record<string, number>;
 }
 
 export interface GetJoints {

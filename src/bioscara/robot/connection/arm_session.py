@@ -66,7 +66,7 @@ class ArmSession:
         self.bus, self.clock, self.parameters = bus, clock, parameters
         self.begin = clock.now()
         self.arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
-        self.gripper = GripperHardware("bioscara_gripper", "gripper", gripper, clock)
+        self.gripper = GripperHardware("bioscara_gripper_128", "gripper", gripper, clock)
         self._rate = None if rate is None else require_rate(rate)
         self._evidence = Path(evidence)
         self._stack: Stack | None = None

@@ -20,10 +20,14 @@ class Component(NamedTuple):
 
     Attributes:
         name: Its name.
+        type: ``system``, ``actuator`` or ``sensor``.
+        plugin: Its plugin; empty if none is named.
         joints: The owner's names of its joints, by their names in the description.
     """
 
     name: str
+    type: str
+    plugin: str
     joints: Mapping[str, str]
 
 
@@ -49,9 +53,13 @@ class RobotDescription:
         self.text, self.urdf = text, Urdf(text, "robot_description")
         tags = self.urdf.root.findall("ros2_control")
         self.components = tuple(
-            _component(
-                self.urdf.attribute(tag, "name"),
-                [self.urdf.attribute(joint, "name") for joint in tag.findall("joint")],
+            Component(
+                name := self.urdf.attribute(tag, "name"),
+                self.urdf.attribute(tag, "type"),
+                (tag.findtext("hardware/plugin") or "").strip(),
+                _joints(
+                    name, [self.urdf.attribute(joint, "name") for joint in tag.findall("joint")]
+                ),
             )
             for tag in tags
         )
@@ -110,8 +118,8 @@ class RobotDescription:
         return None
 
 
-def _component(name: str, joints: list[str]) -> Component:
-    """Return a component, by the joints that it has.
+def _joints(name: str, joints: list[str]) -> Mapping[str, str]:
+    """Return the owner's names of the joints of a component, by their names in the description.
 
     Raises:
         ConfigurationError: It is neither this arm nor a gripper.
@@ -119,9 +127,9 @@ def _component(name: str, joints: list[str]) -> Component:
     # Names with the same prefix are in the order of the joints.
     prefix = min(joints, default="").removesuffix(JOINTS[0])
     if sorted(joints) == sorted(prefix + joint for joint in JOINTS):
-        return Component(name, {prefix + joint: joint for joint in JOINTS})
+        return {prefix + joint: joint for joint in JOINTS}
     if len(joints) == 1:
-        return Component(name, {joints[0]: GRIPPER_JOINT})
+        return {joints[0]: GRIPPER_JOINT}
     raise ConfigurationError(
         f"robot_description: hardware component {name} has the joints "
         f"{', '.join(joints) or '(none)'}; it is an arm with {', '.join(JOINTS)}, all with the "

@@ -210,13 +210,6 @@ class LoadedControllers:
 
     def _load(self, robot: RemoteRobot, node: ControllerNode) -> None:
         """Let the owner load a controller with its present parameters."""
-        for left in robot.controllers.list().controllers:
-            # Of a program that has ended.
-            if left.name == node.name:
-                if left.state == "active" and not left.commands:
-                    # A lease that has lapsed stops only controllers that command something.
-                    robot.controllers.switch((), (left.name,))
-                robot.controllers.unload(left.name)
         values = self._for_owner(node)
         robot.controllers.load(node.name, node.kind, values)
         node.sent = values

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
+import msgspec
 from controller_manager_msgs import srv
 
 from bioscara.api import messages as m
@@ -28,10 +30,13 @@ class ManagerServices:
     Args:
         bridge: The common parts of the node.
         loaded: The controllers.
+        follow: Publishes what a service has changed, before that answers.
     """
 
-    def __init__(self, bridge: Bridge, loaded: LoadedControllers) -> None:
-        self._bridge, self._loaded = bridge, loaded
+    def __init__(
+        self, bridge: Bridge, loaded: LoadedControllers, follow: Callable[[], object]
+    ) -> None:
+        self._bridge, self._loaded, self._follow = bridge, loaded, follow
         self._log = bridge.node.get_logger()
         offered: dict[str, tuple[Any, Callable[[Any, Any], Any]]] = {
             "list_controllers": (srv.ListControllers, self._list_controllers),
@@ -56,6 +61,14 @@ class ManagerServices:
             bridge.node.create_service(
                 kind, f"~/{name}", callback, qos_profile=SERVICES, callback_group=bridge.serial
             )
+
+    def _attempt(self, what: str, call: Callable[[], str | None]) -> tuple[bool, str]:
+        """Carry out what may change controllers or hardware; as :meth:`Bridge.attempt`."""
+        answer = self._bridge.attempt(what, call)
+        # Without an owner its loss is published.
+        with suppress(BioscaraError):
+            self._follow()
+        return answer
 
     def _listing(self) -> m.ControllerList:
         """Return the owner's list; without an answer the loaded controllers alone, logged."""
@@ -104,7 +117,7 @@ class ManagerServices:
             def done() -> None:
                 call(request.name)
 
-            response.ok, _ = self._bridge.attempt(f"cannot {what} {request.name!r}", done)
+            response.ok, _ = self._attempt(f"cannot {what} {request.name!r}", done)
             return response
 
         return callback
@@ -116,7 +129,7 @@ class ManagerServices:
         answer: list[tuple[bool, str]] = []
 
         def switch() -> None:
-            answer.append(self._bridge.attempt("cannot switch", lambda: self._switched(request)))
+            answer.append(self._attempt("cannot switch", lambda: self._switched(request)))
             done.set()
 
         threading.Thread(target=switch, name="bioscara-switch", daemon=True).start()
@@ -190,7 +203,7 @@ class ManagerServices:
                 )
             self._loaded.shut_down()
 
-        response.ok, _ = self._bridge.attempt("cannot reload the libraries", reload)
+        response.ok, _ = self._attempt("cannot reload the libraries", reload)
         return response
 
     def _set_hardware_state(self, request: Any, response: Any) -> Any:
@@ -202,7 +215,7 @@ class ManagerServices:
             )
             response.state = messages.lifecycle_state(reached)
 
-        response.ok, _ = self._bridge.attempt(f"cannot change {request.name!r}", change)
+        response.ok, _ = self._attempt(f"cannot change {request.name!r}", change)
         if not response.ok:
             known = described(self._bridge, self._listing()).get(request.name)
             response.state = messages.lifecycle_state("unknown" if known is None else known.state)
@@ -223,12 +236,17 @@ class ManagerServices:
 
 
 def described(bridge: Bridge, listing: m.ControllerList) -> dict[str, m.ComponentValue]:
-    """Return the owner's components that the description has, by their names there."""
+    """Return the owner's components that the description has, by their names there.
+
+    Type and plugin are those of the description, too.
+    """
     found = {}
     for value in listing.components:
         component = bridge.description.component_of(each.name for each in value.states)
         if component is not None:
-            found[component.name] = value
+            found[component.name] = msgspec.structs.replace(
+                value, type=component.type, plugin=component.plugin
+            )
     return found
 
 

@@ -65,7 +65,6 @@ _OF_OWNER = {
     "thread_priority": "bioscara serve has the option --priority",
     "cpu_affinity": "taskset chooses the processors of bioscara serve",
     "lock_memory": "bioscara serve --priority locks the memory",
-    "diagnostics": "the thresholds of diagnostics are fixed",
     "shutdown_on_initial_state_failure": "the initial state is not set by the start",
 }
 """Parameters that have no effect, and those that have one."""

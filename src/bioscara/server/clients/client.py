@@ -20,6 +20,10 @@ class Client(Protocol):
     session: str
     name: str
 
+    @property
+    def connected(self) -> bool:
+        """Whether its session has a connection."""
+
     def send_record(self, goal: int, record: CycleRecord) -> None:
         """Send the record of a control cycle of its goal, unless it reads too slowly."""
 

@@ -210,6 +210,11 @@ class Connection(asyncio.Protocol):
         self._cursor: int | None = None
         self._patience: asyncio.TimerHandle | None = None
 
+    @property
+    def connected(self) -> bool:
+        """Whether its session has a connection: this one, or one that was made after it."""
+        return self._session is not None and bool(self._session.connections)
+
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin: the client has to introduce itself soon."""
         assert isinstance(transport, asyncio.Transport)  # noqa: S101  of a stream server

@@ -20,7 +20,7 @@ from bioscara.control.controllers.joint_trajectory import (
     JointTrajectoryController,
     Point,
 )
-from bioscara.control.manager.diagnostics import diagnose
+from bioscara.control.manager.diagnostics import Thresholds, diagnose
 from bioscara.control.manager.introspection import introspect
 from bioscara.control.manager.switch_request import Strictness, Switch
 from bioscara.errors import (
@@ -32,6 +32,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
+from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
 from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
@@ -42,6 +43,7 @@ from bioscara.robot.operations.operation import Operation
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.controllers.controller_goals import ControllerGoals
 from bioscara.server.controllers.loadable_controllers import LOADED, made_controller, require_client
+from bioscara.server.controllers.loaders import Loaders
 from bioscara.spelling import did_you_mean
 
 T = TypeVar("T")
@@ -68,6 +70,9 @@ class Admission(Protocol):
     def keep(self, operation: Operation[Any], client: Client, epoch: int) -> m.GoalValue:
         """Keep an operation that has begun as a goal, which ends with the lease."""
 
+    def announce(self, what: str, text: str, client: str) -> None:
+        """Add an event."""
+
 
 class ClientControllers:
     """Carries out requests that concern the controllers of clients.
@@ -87,6 +92,7 @@ class ClientControllers:
         # One call at a time changes controllers or hardware, as in ros2_control.
         self._changing, self._jaws = threading.Lock(), threading.Lock()
         self._uploads = _PointUploads()
+        self._loaders = Loaders(admission.announce)
         self.goals = ControllerGoals()
         self.handlers: Mapping[type[m.Command], Handler] = {
             m.LoadController: self._load,
@@ -110,10 +116,13 @@ class ClientControllers:
 
     # Lifecycle.
 
-    def _load(self, _: Client, command: m.LoadController, __: int) -> Later:
+    def _load(self, client: Client, command: m.LoadController, _: int) -> Later:
         stack = self._arm.stack
+        former = self._loaders.former(client, command.name)
 
         def add(controller: AnyController) -> None:
+            if former is not None:
+                self._remove(controller.name)
             if len(stack.clients) >= LOADED:
                 raise SwitchError(f"{LOADED} controllers are loaded; unload one that is not needed")
             stack.manager.add(controller)
@@ -121,27 +130,55 @@ class ClientControllers:
         def work() -> None:
             given = command.name, command.type, command.parameters
             controller = made_controller(stack, *given)
+            self._wait_for_rest()
             self._between(f"loading {controller.name}", lambda: add(controller))
 
-        return Later(self._alone(work), _done)
+        def finish(_: object) -> m.Done:
+            self._loaders.add(client, command.name, former)
+            return m.Done()
 
-    def _configure(self, _: Client, command: m.ConfigureController, __: int) -> Later:
-        return self._change("configuring", command.name, self._arm.stack.manager.configure)
+        return Later(self._alone(work), finish)
 
-    def _cleanup(self, _: Client, command: m.CleanupController, __: int) -> Later:
-        return self._change("cleaning up", command.name, self._arm.stack.manager.cleanup)
+    def _configure(self, client: Client, command: m.ConfigureController, _: int) -> Later:
+        return self._change("configuring", client, command.name, self._arm.stack.manager.configure)
 
-    def _unload(self, _: Client, command: m.UnloadController, __: int) -> Later:
-        return self._change("unloading", command.name, self._arm.stack.manager.unload)
+    def _cleanup(self, client: Client, command: m.CleanupController, _: int) -> Later:
+        return self._change("cleaning up", client, command.name, self._arm.stack.manager.cleanup)
 
-    def _change(self, what: str, name: str, change: Callable[[str], None]) -> Later:
+    def _unload(self, client: Client, command: m.UnloadController, _: int) -> Later:
+        name = command.name
+        work = self._change("unloading", client, name, self._arm.stack.manager.unload).work
+
+        def finish(_: object) -> m.Done:
+            self._loaders.remove(name)
+            return m.Done()
+
+        return Later(work, finish)
+
+    def _change(self, what: str, client: Client, name: str, change: Callable[[str], None]) -> Later:
         require_client(name)
+        self._loaders.take(client, [name])
         work = self._alone(lambda: self._between(f"{what} a controller", lambda: change(name)))
         return Later(work, _done)
+
+    def _remove(self, name: str) -> None:
+        """Unload a controller of a client that has left, between two cycles."""
+        manager = self._arm.stack.manager
+        if manager.controller(name).state is LifecycleState.ACTIVE:
+            # A lease that has lapsed stops only controllers that command something.
+            self._switch_idle(((), [name], Strictness.STRICT))
+        manager.unload(name)
+
+    def _wait_for_rest(self) -> None:
+        """Wait until the arm is at rest, if the operation of the controllers is being stopped."""
+        run = self._run
+        if run is not None and (run.claim.stopped or run.stopping):
+            run.wait(_PATIENCE)
 
     def _switch(self, client: Client, command: m.SwitchControllers, epoch: int) -> Later:
         for name in (*command.activate, *command.deactivate):
             require_client(name)
+        self._loaders.take(client, (*command.activate, *command.deactivate))
         check = self._admission.check(_SWITCHING, client, epoch)
 
         def finish(result: tuple[Switch | Exception, RunControllers | None]) -> m.Switched:
@@ -164,10 +201,9 @@ class ClientControllers:
         """
         strictness = Strictness.STRICT if command.strict else Strictness.BEST_EFFORT
         request = command.activate, command.deactivate, strictness
+        # Controllers that are being stopped begin anew afterwards.
+        self._wait_for_rest()
         run = self._run
-        if run is not None and (run.claim.stopped or run.stopping):
-            # The arm comes to rest first; then the controllers begin anew.
-            run.wait(_PATIENCE)
         if run is not None and not run.done:
             with suppress(_EndedError):
                 return self._between(_SWITCHING, partial(self._switch_in, run, request)), None
@@ -339,8 +375,9 @@ class ClientControllers:
 
         return Later(lambda: self._between(f"the scaling of {name}", scale), _done)
 
-    def _set_parameters(self, _: Client, command: m.SetControllerParameters, __: int) -> Later:
+    def _set_parameters(self, client: Client, command: m.SetControllerParameters, _: int) -> Later:
         name = command.controller
+        self._loaders.take(client, [name])
 
         def work() -> None:
             controller = self._get(name, JointTrajectoryController, active=False)
@@ -362,14 +399,17 @@ class ClientControllers:
 
         return Later(lambda: self._between(f"a question to {name}", ask), lambda state: state)
 
-    def _introspect(self, *_: object) -> Later:
+    def _introspect(self, _: Client, command: m.GetIntrospection, __: int) -> Later:
+        stack, clock = self._arm.stack, self._arm.session.clock
+        pace = clock.speed if isinstance(clock, PacedClock) else 1.0
+        thresholds = Thresholds(stack.loop.rate, command.thresholds, pace)
+
         def ask() -> m.Introspection:
-            stack = self._arm.stack
             return m.Introspection(
                 introspect(stack.manager),
                 tuple(
                     m.DiagnosticValue(each.name, int(each.level), each.message, dict(each.values))
-                    for each in diagnose(stack.manager, stack.supervisor.faults)
+                    for each in diagnose(stack.manager, stack.supervisor.faults, thresholds)
                 ),
             )
 

@@ -48,7 +48,7 @@ def jaws() -> Iterator[Site]:
     """A slow site in which the gripper is driven: its stroke takes 70 ms."""
     with site(speed=0.3) as left:
         controllers = left.robot.controllers
-        assert controllers.set_hardware_state("bioscara_gripper", "active") == "active"
+        assert controllers.set_hardware_state("bioscara_gripper_128", "active") == "active"
         left.load("gripper_controller", GRIPPER, {"joint": "gripper", "goal_tolerance": 1e-3})
         controllers.switch(["gripper_controller"])
         yield left
@@ -69,14 +69,14 @@ def test_the_jaws_move_to_a_goal(jaws: Site) -> None:
         controllers.move_gripper("gripper_controller", GripperGoal((0.5,)))
     eventually(lambda: jaws.robot.workspace.widths == pytest.approx((0.04, 0.04), abs=1e-6))
     # Its controller is left first.
-    assert controllers.set_hardware_state("bioscara_gripper", "inactive") == "inactive"
+    assert controllers.set_hardware_state("bioscara_gripper_128", "inactive") == "inactive"
     eventually(lambda: not jaws.robot.is_moving)
     assert jaws.states()["gripper_controller"] == "inactive"
 
 
 def test_rule_71_a_client_may_give_tighter_limits_of_the_jaws(left: Site) -> None:
     controllers = left.robot.controllers
-    controllers.set_hardware_state("bioscara_gripper", "active")
+    controllers.set_hardware_state("bioscara_gripper_128", "active")
     tight = {"joint": "gripper", "limits": [0.05, 0.1], "velocity_limit": 0.01}
     left.load("gripper_controller", GRIPPER, tight)
     controllers.switch(["gripper_controller"])
@@ -134,7 +134,7 @@ def test_a_stop_holds_the_jaws_and_ends_their_goal(jaws: Site) -> None:
 
 def test_the_jaws_move_beside_a_planned_goal_and_at_once_after_it(left: Site) -> None:
     controllers = left.robot.controllers
-    controllers.set_hardware_state("bioscara_gripper", "active")
+    controllers.set_hardware_state("bioscara_gripper_128", "active")
     left.load("gripper_controller", GRIPPER, {"joint": "gripper"})
     left.load(POSITION_JTC, **parameter_file()[POSITION_JTC])
     controllers.switch(["gripper_controller", POSITION_JTC])
@@ -155,7 +155,7 @@ def test_the_jaws_move_beside_a_planned_goal_and_at_once_after_it(left: Site) ->
 
 def test_a_stroke_that_is_not_clear_along_a_goal_is_refused(left: Site) -> None:
     controllers = left.robot.controllers
-    controllers.set_hardware_state("bioscara_gripper", "active")
+    controllers.set_hardware_state("bioscara_gripper_128", "active")
     left.load("gripper_controller", GRIPPER, {"joint": "gripper"})
     left.load(POSITION_JTC, **parameter_file()[POSITION_JTC])
     controllers.switch(["gripper_controller"])
@@ -181,7 +181,7 @@ def test_a_stroke_that_is_not_clear_along_a_goal_is_refused(left: Site) -> None:
 
 def test_the_jaws_do_not_move_with_a_load(left: Site) -> None:
     controllers = left.robot.controllers
-    controllers.set_hardware_state("bioscara_gripper", "active")
+    controllers.set_hardware_state("bioscara_gripper_128", "active")
     left.load("gripper_controller", GRIPPER, {"joint": "gripper"})
     controllers.switch(["gripper_controller"])
     ended = left.ended(controllers.move_gripper("gripper_controller", GripperGoal((0.04,))))

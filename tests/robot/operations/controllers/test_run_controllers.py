@@ -139,11 +139,15 @@ def test_a_stop_of_another_program_ends_the_lease_too(left: Site) -> None:
 
 def test_the_arm_comes_to_rest_when_the_lease_of_a_vanished_client_lapses() -> None:
     with site(speed=2.0) as left:
-        left.load(POSITION_JTC, **parameter_file()[POSITION_JTC])
-        left.robot.release_lease()
         begin = left.plant.position("j1")
+        section = parameter_file()[POSITION_JTC]
+        load = m.LoadController(
+            name=POSITION_JTC, type=section["kind"], parameters=section["parameters"]
+        )
         with RawClient() as client:
             epoch = client.acquire(time_to_live=0.5)
+            client.request(load, epoch)
+            client.request(m.ConfigureController(POSITION_JTC), epoch)
             client.request(m.SwitchControllers(activate=(POSITION_JTC,)), epoch)
             goal = Goal(left.trajectory((1.0, 0.0, 0.0, 0.0), time=10.0))
             command = m.FollowGoal(controller=POSITION_JTC, goal=goal)
@@ -269,7 +273,7 @@ def test_a_client_cannot_declare_its_path_clear(left: Site, wait: float) -> None
 def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
     left: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    left.robot.controllers.set_hardware_state("bioscara_gripper", "active")
+    left.robot.controllers.set_hardware_state("bioscara_gripper_128", "active")
     left.activated(POSITION_JTC)
     arm, widths = left.served.robot._arm, []
 

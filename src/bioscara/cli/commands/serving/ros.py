@@ -14,7 +14,7 @@ from bioscara.cli.signals import StopRequest
 from bioscara.errors import ConfigurationError
 from bioscara.model.urdf import URDF
 from bioscara.ros import owner_process
-from bioscara.ros.owner_process import OwnerProcess
+from bioscara.ros.owner_process import OwnerProcess, require_free
 
 _BRINGUP = Path(owner_process.__file__).with_name("bringup.yaml")
 """Parameters of the manager and its controllers, where no argument of ROS is given."""
@@ -45,7 +45,8 @@ def run(options: Options) -> int:
 
     Raises:
         ConfigurationError: A package is missing, or the robot description cannot be used.
-        BioscaraError: No arm is named, or its owner has ended.
+        BioscaraError: No arm is named, or its owner has ended; or there is one already, where this
+            program is to own the arm.
     """
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
@@ -54,22 +55,22 @@ def run(options: Options) -> int:
             "setup.bash and use an environment with --system-site-packages; without, make ros2 in "
             "the repository makes one, .venv-ros2"
         )
+    arm = (options.arm or DEFAULT) if options.bus else owner_name(options)
+    if options.bus:
+        require_free(arm)
     # Imported here: they need rclpy.
     from bioscara.ros.node import ControllerManagerNode  # noqa: PLC0415
 
     # Handled first: launch repeats Ctrl-C, and the second one must not interrupt the end.
     with StopRequest() as cancelled, ExitStack() as owner:
-        arm = DEFAULT if options.bus else owner_name(options)
         arguments, description = options.ros_arguments, ""
         if not arguments:
             arguments = ["--ros-args", "--params-file", str(_BRINGUP)]
             description = own_description()
         node = ControllerManagerNode(arm, arguments, description)
-        check = None
+        process = None
         if options.bus:
             rate = node.parameter("update_rate")
-            check = owner.enter_context(
-                OwnerProcess(options.bus, arm, rate, homed=options.homed)
-            ).check
-        node.run(cancelled, check)
+            process = owner.enter_context(OwnerProcess(options.bus, arm, rate, homed=options.homed))
+        node.run(cancelled, process)
     return ExitStatus.OK
