@@ -22,6 +22,7 @@ from bioscara.ros import messages
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
 from bioscara.ros.controllers.manager_services import described
+from bioscara.ros.controllers.parameters import THRESHOLD
 from bioscara.ros.hardware_status import Arm, hardware_status
 
 _LATCHED = QoSProfile(
@@ -31,8 +32,6 @@ _LATCHED = QoSProfile(
 )
 _PERIOD = 1.0
 """Time between two diagnostics [s]."""
-_THRESHOLD = "diagnostics.threshold."
-"""Begin of the names of thresholds among the parameters of the manager."""
 _POSITIVE = FloatingPointRange(from_value=sys.float_info.min, to_value=sys.float_info.max)
 _OWN_PREFIX = "arm."
 """Begin of the names of the arm's own controllers."""
@@ -159,15 +158,15 @@ class Observation:
         node = self._bridge.node
         for name, value in default_thresholds(rate).items():
             unit = "Hz" if ".periodicity." in name else "us"
-            if not node.has_parameter(_THRESHOLD + name):
+            if not node.has_parameter(THRESHOLD + name):
                 descriptor = ParameterDescriptor(
                     description=f"Above this value [{unit}] the diagnostics say so",
                     floating_point_range=[_POSITIVE],
                 )
-                node.declare_parameter(_THRESHOLD + name, value, descriptor)
+                node.declare_parameter(THRESHOLD + name, value, descriptor)
 
     def _thresholds(self) -> dict[str, float]:
-        found = self._bridge.node.get_parameters_by_prefix(_THRESHOLD[:-1])
+        found = self._bridge.node.get_parameters_by_prefix(THRESHOLD[:-1])
         known = default_thresholds(1)
         return {name: each.value for name, each in found.items() if name in known}
 

@@ -72,15 +72,16 @@ def test_rule_58_and_69_parameters_of_the_manager_that_cannot_apply_are_reported
             "hardware_components_initial_state.inactive": ["bioscara_arm"],
             "thread_priority": 50,
             "diagnostics.threshold.controllers.periodicity.mean_error.warn": 5.0,
+            "diagnostics.threshold.hardware_components.periodicity.mean_error.warn": 5.0,
             "defaults.switch_controller.strictness": "auto",
         }
     )
     assert [sentence.partition(" ")[0] for sentence in sentences] == [
         "enforce_command_limits",
         "defaults.switch_controller.strictness",
+        "diagnostics.threshold.hardware_components.periodicity.mean_error.warn",
         "hardware_components_initial_state",
         "thread_priority",
-        "diagnostics",
     ]
     assert "limits always apply" in sentences[0]
 

@@ -65,9 +65,10 @@ class ManagerServices:
     def _attempt(self, what: str, call: Callable[[], str | None]) -> tuple[bool, str]:
         """Carry out what may change controllers or hardware; as :meth:`Bridge.attempt`."""
         answer = self._bridge.attempt(what, call)
-        # Without an owner its loss is published.
-        with suppress(BioscaraError):
-            self._follow()
+        # Without an owner its loss is published, and one that is silent would not answer.
+        if not self._bridge.owner.silence:
+            with suppress(BioscaraError):
+                self._follow()
         return answer
 
     def _listing(self) -> m.ControllerList:

@@ -10,6 +10,7 @@ from bioscara.arguments import shown
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
+from bioscara.control.manager.diagnostics import default_thresholds
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import JOINTS
 from bioscara.ros.arm.description import GRIPPER_JOINT, RobotDescription
@@ -70,6 +71,8 @@ _OF_OWNER = {
 """Parameters that have no effect, and those that have one."""
 
 
+THRESHOLD = "diagnostics.threshold."
+"""Begin of the names of the thresholds of diagnostics among the parameters of the manager."""
 STRICTNESS = "defaults.switch_controller.strictness"
 """Parameter of the manager: how switches are carried out whose requests do not say it."""
 STRICTNESSES = ("strict", "best_effort")
@@ -90,6 +93,12 @@ def without_effect(flat: Mapping[str, Any]) -> list[str]:
     strictness = flat.get(STRICTNESS, STRICTNESSES[0])
     if strictness not in STRICTNESSES:
         found.append(f"{STRICTNESS} {strictness!r} is none of {', '.join(STRICTNESSES)}")
+    known = {THRESHOLD + name for name in default_thresholds(1)}
+    found += [
+        f"{name} has no effect: there is no such threshold here; docs/ros2.md lists them"
+        for name in flat
+        if name.startswith("diagnostics.") and name not in known
+    ]
     groups = dict.fromkeys(name.partition(".")[0] for name in flat)
     found += [f"{name} has no effect: {_OF_OWNER[name]}" for name in groups if name in _OF_OWNER]
     return found
