@@ -20,7 +20,7 @@ _LOST = (FaultKind.JOINT_LOST, FaultKind.BUS_STUCK, FaultKind.BUS_FAILED)
 """Faults after which a joint cannot be reached."""
 
 
-class Arm(NamedTuple):
+class ArmHealth(NamedTuple):
     """What a status says of the arm.
 
     Attributes:
@@ -37,7 +37,7 @@ class Arm(NamedTuple):
 
 
 def hardware_status(
-    time: float, component: Component, value: m.ComponentValue, arm: Arm
+    time: float, component: Component, value: m.ComponentValue, arm: ArmHealth
 ) -> HardwareStatus:
     """Return the status of a component.
 
@@ -60,7 +60,7 @@ def hardware_status(
     )
 
 
-def _state(joint: str, value: m.ComponentValue, arm: Arm) -> GenericHardwareState:
+def _state(joint: str, value: m.ComponentValue, arm: ArmHealth) -> GenericHardwareState:
     """Return the state of a joint; a fault that names no joint is one of all."""
     others = arm.sources - {joint, value.name}
     faults = [each for each in arm.faults if each.source not in others]

@@ -23,7 +23,7 @@ from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
 from bioscara.ros.controllers.manager_services import described
 from bioscara.ros.controllers.parameters import THRESHOLD
-from bioscara.ros.hardware_status import Arm, hardware_status
+from bioscara.ros.hardware_status import ArmHealth, hardware_status
 
 _LATCHED = QoSProfile(
     depth=1,
@@ -106,7 +106,7 @@ class Observation:
             found = robot.controllers.introspection(self._thresholds())
             firmware = dict(zip(JOINTS, robot.firmware, strict=True))
             sources = frozenset({*self._components, *self._bridge.description.joints.values()})
-            self._publish_hardware(Arm(robot.faults, sources, firmware, found.values))
+            self._publish_hardware(ArmHealth(robot.faults, sources, firmware, found.values))
         except BioscaraError as error:
             self._publish_diagnostics((_without_owner(str(error)),))
             return
