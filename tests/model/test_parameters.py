@@ -189,6 +189,7 @@ def test_a_copy_of_the_file_is_the_same_arm(tmp_path: Path) -> None:
             "version_2: 10 ",
             "update_rate.version_2: 10 is outside 20 .. 10000 Hz",
         ),
+        ("address: 0x12", "address: 18", "18 is 0x18 as the original reads it, and 0x12 as a dec"),
         ("version_2: 100 ", "version_2: 99.5 ", "99.5 is not a whole number"),
         ("version_1: 50 ", "version_3: 50 ", "did you mean version_"),
         ("goal_time: 2.0", "goal_time: -1.0", "constraints.goal_time: -1 is outside 0 .. 3600 s"),

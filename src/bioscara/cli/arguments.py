@@ -330,8 +330,15 @@ def _add_gripper_command(commands: Parser) -> None:
     gripper.add_argument(
         "width",
         metavar="WIDTH",
+        nargs="?",
         type=_width,
         help="width between the jaws [m], or open or close for the largest or smallest",
+    )
+    gripper.add_argument(
+        "--servo-angle",
+        metavar="DEG",
+        type=number,
+        help="instead of a width: angle of the servo [deg], to mount its horn or measure a width",
     )
     _add_motion(gripper, full_speed=False, realtime=False)
 

@@ -67,7 +67,8 @@ class Options(argparse.Namespace):
         after: Number of the last event that is not listed.
         end: Whether to end the lease of the client that has it.
         owned: Whether the command may use the arm of a running owner.
-        width: Width between the jaws [m], ``"open"`` or ``"close"``.
+        width: Width between the jaws [m], ``"open"`` or ``"close"``; None with ``servo_angle``.
+        servo_angle: Angle of the servo of the gripper [deg]; None if a width is given.
         table: The file with taught poses; None for :data:`TABLE`.
         name: Name of a pose; of a replay, that of the served arm.
         tool: Name of a tool.
@@ -128,7 +129,8 @@ class Options(argparse.Namespace):
     force: bool
     offset: list[float]
     mass: float
-    width: float | str
+    width: float | str | None
+    servo_angle: float | None
     gateways: list[tuple[str, ...]]
     group: str
     evidence: Path

@@ -15,7 +15,7 @@ from xml.parsers import expat
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.parameters import JOINTS, UNITS, JointTable
+from bioscara.model.parameters import JOINTS, UNITS, JointTable, ambiguous_address
 from bioscara.model.tags import (
     ARM_COMMANDS,
     ARM_COMPONENT,
@@ -214,6 +214,7 @@ def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
         _check_parts(
             urdf, element, ARM_COMMANDS, ARM_STATES, [*JOINT_TAGS.values(), *HOMING_TAGS.values()]
         )
+        _check_address(urdf, element)
         if (unit := _unit(urdf, element)) != UNITS[joint]:
             raise urdf.error(element, f"{joint}: its type goes with {unit}, not {UNITS[joint]}")
         values[joint] = {
@@ -310,11 +311,28 @@ def _check_parts(
             raise urdf.error(
                 part, f"{name}: <{part.tag}> is not known here; {_hint(part.tag, _PARTS)}"
             )
+        if len(part) and part.get("name") == "homing":
+            raise urdf.error(
+                part,
+                f"{name}: the values of homing are params of the joint here, not nested in one; "
+                f"write {', '.join(HOMING_TAGS.values())}",
+            )
         if len(part):
             raise urdf.error(part, f"{name}: <{part.tag}> has nested tags, which are not read")
     _check_names(urdf, element, "command_interface", commands)
     _check_names(urdf, element, "state_interface", states)
     _check_names(urdf, element, "param", params)
+
+
+def _check_address(urdf: Urdf, element: Element) -> None:
+    """Refuse an address without 0x that is another one as a hexadecimal number."""
+    name = JOINT_TAGS["address"]
+    for part in element.findall("param"):
+        text = (part.text or "").strip()
+        if part.get("name") != name or not _WHOLE.fullmatch(text) or "x" in text.lower():
+            continue
+        if problem := ambiguous_address(text):
+            raise urdf.error(part, f"{element.attrib['name']}: {name}: {problem}")
 
 
 def _check_names(urdf: Urdf, element: Element, tag: str, wanted: Sequence[str]) -> None:

@@ -15,7 +15,8 @@ from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.errors import ConfigurationError
 from bioscara.model import existing_arms
 from bioscara.model.overlay import Overlay
-from bioscara.model.parameters import ArmParameters
+from bioscara.model.parameters import JOINTS, ArmParameters, ambiguous_address
+from bioscara.model.validation import dotted
 from bioscara.model.yaml_file import YamlFile, read_text
 
 EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
@@ -51,7 +52,7 @@ def load_parameters(
     """
     if path is None and overlay is None and checksum(EXISTING_ARMS) == existing_arms.CHECKSUM:
         return existing_arms.parameters()
-    file = existing_file() if path is None else YamlFile.load(Path(path), str(path))
+    file = existing_file() if path is None else _complete_file(Path(path))
     if overlay is None:
         return ArmParameters.checked(file.values, file.place)
     both = Overlay(file, YamlFile.load(Path(overlay), str(overlay)))
@@ -65,6 +66,18 @@ def existing_file() -> YamlFile:
         ConfigurationError: The file cannot be read.
     """
     return _parsed(read_text(EXISTING_ARMS, EXISTING_ARMS.name))
+
+
+def _complete_file(path: Path) -> YamlFile:
+    """Return the values of a file; refuse addresses that the original reads as other ones."""
+    file = YamlFile.load(path, str(path))
+    for name in JOINTS:
+        location = "joints", name, "address"
+        value = file.at(location)
+        # A hexadecimal number is of another type, which remembers how it was written.
+        if type(value) is int and (problem := ambiguous_address(str(value))):
+            raise ConfigurationError(f"{file.place(location)}{dotted(location)}: {problem}")
+    return file
 
 
 @lru_cache(maxsize=1)

@@ -76,6 +76,23 @@ class HomingParameters(Checked):
     acceleration: Number
 
 
+def ambiguous_address(digits: str) -> str:
+    """Return why an address without 0x cannot be used; nothing if both readings are the same.
+
+    The original reads every address as a hexadecimal number.
+
+    Args:
+        digits: The address as it is written, without 0x.
+    """
+    hexadecimal, decimal = int(digits, 16), int(digits)
+    if hexadecimal == decimal:
+        return ""
+    return (
+        f"{digits} is {hexadecimal:#04x} as the original reads it, and {decimal:#04x} as a decimal "
+        "number; write one of them with 0x, in quotes where xacro reads it from a YAML file"
+    )
+
+
 class JointParameters(Checked):
     """One joint. ``unit`` is rad or m; every other unit follows from it.
 
@@ -240,6 +257,10 @@ class GripperParameters(Checked):
         angles = [(pulse - self.pulse_center) / self.pulse_per_deg for pulse in pulses]
         ends = [zero_width + angle_deg / deg_per_m for angle_deg in angles]
         return min(ends), max(ends)
+
+    def angle_at(self, width: float) -> float:
+        """Return the angle of the servo [deg] at a width [m], beyond the limits too."""
+        return self.deg_per_m * (width - self.zero_width)
 
     def width_at(self, pulse: float) -> float:
         """Return the width at a pulse length [s] in m, beyond the limits too."""

@@ -65,6 +65,15 @@ class YamlFile:
                 "file"
             )
 
+    def at(self, location: Location) -> object:
+        """Return a value; None if it is not there."""
+        node = self.values
+        for key in location:
+            if not (isinstance(node, dict) and key in node):
+                return None
+            node = node[key]
+        return node
+
     def place(self, location: Location) -> str:
         """Return the begin of a message about a value: the file, and the value's line.
 

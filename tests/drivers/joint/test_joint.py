@@ -393,6 +393,23 @@ def test_a_restart_is_reported_and_never_taken_for_homed() -> None:
     assert joint.is_homed()
 
 
+@BOTH
+def test_a_register_in_the_wrong_direction_is_refused_with_the_call_that_fits(v1: bool) -> None:
+    joint = World(v1=v1).joints[0]
+    joint.init()
+    for call, register, text in (
+        (joint.session.write, Register.PING, "PING (0x0f) cannot be written; read it: session.re"),
+        (joint.session.read, Register.SETRPM, "cannot be read; write it: session.write(Register."),
+        (joint.session.read, Register.SETUP, "(Register.SETUP, drive_current, hold_current)"),
+        (joint.session.read, Register.NONE, "NONE (0x00) cannot be read; it is never sent"),
+        (joint.session.read, "PING", "no register 'PING'; give one of bioscara.protocol.Register"),
+    ):
+        with pytest.raises(InvalidArgumentError) as refused:
+            call(register)  # type: ignore[operator]
+        assert text in str(refused.value)
+        assert refused.value.code == -101
+
+
 def test_check_communication() -> None:
     world = World()
     joint = world.joints[0]

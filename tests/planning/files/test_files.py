@@ -48,6 +48,10 @@ POINTS = (
 )
 MESSAGE = f"{{joint_names: [j1, j2], points: {POINTS}}}"
 NOTHING = "{joint_names: [], points: []}"
+INDENTED = (
+    "- positions: [0.1, 0.2]\n    time_from_start: {sec: 1, nanosec: 0}\n"
+    "  - positions: [0.2, 0.2]\n    time_from_start: {sec: 2, nanosec: 500000000}"
+)
 SHAPES = {
     "JointTrajectory": MESSAGE,
     "in lines": f"header: {{frame_id: ''}}\njoint_names: [j1, j2]\npoints: {POINTS}",
@@ -64,6 +68,14 @@ SHAPES = {
     f" {MESSAGE}}}, executed_trajectory: {{joint_trajectory: {NOTHING}}}}}",
     "GetMotionPlan response": "motion_plan_response:"
     f" {{trajectory: {{joint_trajectory: {MESSAGE}}}}}",
+    "GetCartesianPath response": f"{{solution: {{joint_trajectory: {MESSAGE}}}, fraction: 1.0}}",
+    "argument of a command": f"'{{trajectory: {MESSAGE}}}'",
+    "command": '$ ros2 action send_goal /c/follow_joint_trajectory control_msgs/action/Follow "'
+    f'{{trajectory: {MESSAGE}}}" --feedback',
+    "what send_goal prints": "Waiting for an action server to become available...\nSending goal:"
+    f"\n     trajectory:\n  joint_names:\n  - j1\n  - j2\n  points:\n  {INDENTED}\n"
+    "goal_time_tolerance:\n  sec: 0\n  nanosec: 0\n\nGoal accepted with ID: 3f\n\nResult:\n"
+    "    error_code: 0\nerror_string: ''\n\nGoal finished with status: SUCCEEDED",
     "JSON": json.dumps(
         {
             "trajectory": {
@@ -102,6 +114,9 @@ def test_tolerances_of_a_goal_are_said_to_have_no_effect() -> None:
         ("t/samples.csv", b"time,j1_position,arm_cycle\n", "'bioscara run t/trajectories.csv'"),
         ("t/events.csv", b"number,wall,time,what\n", "'bioscara run t/trajectories.csv'"),
         ("a.mcap", b"\x89MCAP0\r\n\x01", "'bioscara record export a.mcap --csv DIR'"),
+        ("a.parquet", b"PAR1\x15", "'bioscara record export RECORDING --csv DIR'"),
+        ("bag_0.db3", b"SQLite format 3\0\x10", "is a recording of 'ros2 bag'; .*--full-length"),
+        ("words.yaml", b"msg.JointTrajectory(points=1)", "holds words and no message"),
         (
             "t/trajectories.csv",
             b'time,part,from_start,j1_position\n1,"goal 2, part 1",0,0\n'
@@ -221,6 +236,7 @@ def test_a_csv_without_suffixes_means_positions(tmp_path: Path) -> None:
         ("effort.yaml", PLAIN.replace("effort: []", "effort: [1, 1, 1, 1]"), "effort"),
         ("time.yaml", PLAIN.replace("nanosec", "ns"), "unknown field 'ns'; it has sec"),
         ("secs.yaml", PLAIN.replace("sec: 0, nanosec: 0", ""), "needs sec or nanosec"),
+        ("number.yaml", PLAIN.replace("{sec: 0, nanosec: 0}", "2.5"), "is 2.5; write it as {sec"),
         ("twice.json", '{"points": [], "points": []}', "'points' stands twice"),
         ("cut.json", '{"joint_names": ["j1"],\n "points": [', "line 2: .*JSON.*truncated"),
         ("nan.json", '{"points": [{"positions": [NaN]}]}', "NaN is not a number"),
@@ -278,6 +294,9 @@ def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(TrajectoryError, match=words):
             read(path)
+    (tmp_path / "trajectory.csv").touch()
+    with pytest.raises(TrajectoryError, match=r"'bioscara run .*/trajectory\.csv'"):
+        read(tmp_path)
 
 
 def _points(count: int, quantities: dict[str, int]) -> str:

@@ -202,7 +202,7 @@ class Gripper:
     def _pulse_of(self, width: float) -> float:
         parameters = self.parameters
         bounded = min(max(width, parameters.lower), parameters.upper)
-        return self._bounded_pulse(parameters.deg_per_m * (bounded - parameters.zero_width))
+        return self._bounded_pulse(parameters.angle_at(bounded))
 
     def _bounded_pulse(self, angle_deg: float) -> float:
         parameters = self.parameters

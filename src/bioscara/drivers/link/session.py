@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
+from bioscara.arguments import shown
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
@@ -17,6 +18,7 @@ from bioscara.errors import (
     CommunicationError,
     CorruptFrameError,
     IncorrectStateError,
+    InvalidArgumentError,
     JointError,
     JointResetError,
     NoAcknowledgeError,
@@ -176,12 +178,12 @@ class Session:
             self.close()
 
     def read(self, register: Register) -> Answer:
-        """Read ``register``; raises as :meth:`exchange`."""
-        return self.exchange(READ[register])
+        """Read ``register``; raises as :meth:`exchange`, and if it cannot be read."""
+        return self.exchange(self._message(READ, register, "read"))
 
     def write(self, register: Register, *values: float, repeat: bool = True) -> Answer:
-        """Write ``register``; raises as :meth:`exchange`."""
-        return self.exchange(WRITE[register], values, repeat=repeat)
+        """Write ``register``; raises as :meth:`exchange`, and if it cannot be written."""
+        return self.exchange(self._message(WRITE, register, "written"), values, repeat=repeat)
 
     def exchange(
         self, message: Message, values: Sequence[float] = (), *, repeat: bool = True
@@ -354,6 +356,31 @@ class Session:
             with suppress(CommunicationError, JointError):
                 self.write(Register.SETRPM, 0.0, repeat=False)
         self.write(Register.STOP, mode)
+
+    def _message(
+        self, messages: Mapping[Register, Message], register: Register, use: str
+    ) -> Message:
+        """Return the message that uses a register.
+
+        Raises:
+            InvalidArgumentError: It has no such use; names the other one.
+        """
+        message = messages.get(register)
+        if message is not None:
+            return message
+        if not isinstance(register, Register):
+            known = "give one of bioscara.protocol.Register"
+            raise InvalidArgumentError(f"{self._joint}: no register {shown(register)}; {known}")
+        remedy = "it is never sent"
+        if register in READ:
+            remedy = f"read it: session.read(Register.{register.name})"
+        elif register in WRITE:
+            written = WRITE[register].definition.written
+            values = "".join(f", {field.name}" for field in written if not field.padding)
+            remedy = f"write it: session.write(Register.{register.name}{values})"
+        raise InvalidArgumentError(
+            f"{self._joint}: register {register.name} ({register:#04x}) cannot be {use}; {remedy}"
+        )
 
     def _transfer(self, message: Message, transaction: Transaction) -> bytes | CommunicationError:
         if self.version == 2:

@@ -17,6 +17,7 @@ from bioscara.planning.files.ros_yaml import decimal
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 _MCAP = b"\x89MCAP0\r\n"
+_PARQUET, _SQLITE = b"PAR1", b"SQLite format 3\0"
 _MOTIONS = ("time", "part", "from_start")
 """First columns of the table of motions."""
 _APART = 0.005
@@ -29,7 +30,7 @@ Row = tuple[int, list[str]]
 
 
 def refuse_recording(name: str, data: bytes) -> None:
-    """Refuse an MCAP file by its first bytes.
+    """Refuse a recording, or a table that is no text, by its first bytes.
 
     Raises:
         TrajectoryError: It is one.
@@ -40,6 +41,28 @@ def refuse_recording(name: str, data: bytes) -> None:
             "DIR/trajectories.csv, which 'bioscara run' takes, and 'bioscara record replay "
             f"{name}' shows them"
         )
+    if data.startswith(_PARQUET):
+        raise TrajectoryError(
+            "is a table as other programs read it; 'bioscara record export RECORDING --csv DIR' "
+            "writes motions that 'bioscara run' takes"
+        )
+    if data.startswith(_SQLITE):
+        raise TrajectoryError(
+            "is a recording of 'ros2 bag'; play it, and write its motion meanwhile: 'ros2 topic "
+            "echo --once --full-length /display_planned_path > plan.yaml'"
+        )
+
+
+def refuse_folder(path: Path) -> None:
+    """Refuse a folder; that of a run has its motion.
+
+    Raises:
+        TrajectoryError: Always.
+    """
+    motion = path / "trajectory.csv"
+    if motion.is_file():
+        raise TrajectoryError(f"is the folder of a run; its motion: 'bioscara run {motion}'")
+    raise TrajectoryError("is a folder; name a trajectory file")
 
 
 def refuse_other_table(name: str, header: Sequence[str]) -> None:

@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
+from bioscara.planning.files.pasted import message_in
 from bioscara.planning.files.ros_json import is_json, json_document
 from bioscara.planning.files.ros_message_parser import FULL_LENGTH, Document, Node, first_document
 from bioscara.planning.trajectory.trajectory import Trajectory
@@ -24,7 +25,7 @@ _QUANTITIES = ("positions", "velocities", "accelerations")
 _POINT = (*_QUANTITIES, "effort", "time_from_start")
 _STAMP = ("sec", "nanosec")
 _WITHIN = (
-    "goal", "result", "motion_plan_response", "planned_trajectory", "trajectory",
+    "goal", "result", "motion_plan_response", "planned_trajectory", "solution", "trajectory",
     "joint_trajectory",
 )  # fmt: skip
 """Fields in which messages have the trajectory, of the outer messages first."""
@@ -40,9 +41,12 @@ def trajectory_of_message(text: str) -> tuple[Trajectory, tuple[str, ...]]:
     Raises:
         TrajectoryError: The text is not a message with a joint trajectory, or may be truncated.
     """
+    text = message_in(text)
     document = json_document(text) if is_json(text) else first_document(text)
     if document.value is None:
         raise TrajectoryError("holds no message")
+    if isinstance(document.value, str):
+        raise TrajectoryError("holds words and no message; write it as 'ros2 topic echo' does")
     message, notes = _joint_trajectory(document.value)
     if document.more:
         notes.append("only the first of several messages is used")
@@ -168,7 +172,10 @@ def _values(point: _Fields, quantity: str, index: int, count: int) -> list[float
 
 def _seconds(point: _Fields, index: int) -> float:
     where = f"point {index}: time_from_start"
-    stamp = _mapping(point.get("time_from_start"), where)
+    stamp = point.get("time_from_start")
+    if isinstance(stamp, str) and _NUMBER.fullmatch(stamp):
+        raise TrajectoryError(f"{where} is {stamp}; write it as {{sec: 2, nanosec: 500000000}}")
+    stamp = _mapping(stamp, where)
     _refuse_unknown(stamp, _STAMP, where)
     if not stamp:
         raise TrajectoryError(f"{where} needs sec or nanosec; is the file truncated?")

@@ -14,6 +14,7 @@ from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
 from bioscara.planning.files.own_tables import (
     has_motions,
+    refuse_folder,
     refuse_other_table,
     refuse_recording,
     trajectory_of_motions,
@@ -170,9 +171,9 @@ def _content(path: Path) -> bytes:
     limit = _limit(path.suffix)
     try:
         if path.is_dir():
-            raise TrajectoryError("is a folder; name a trajectory file")
+            refuse_folder(path)
         with open(path, "rb") as file:
-            refuse_recording(str(path), file.peek(8))
+            refuse_recording(str(path), file.peek(16))
             if os.fstat(file.fileno()).st_size > limit:
                 raise TrajectoryError(f"is larger than {limit // 2**20} MiB; split it")
             return file.read(limit + 1)

@@ -11,6 +11,7 @@ import pytest
 import bioscara.sim
 from bioscara.cli import main
 from bioscara.model import load_parameters
+from bioscara.planning import read
 from bioscara.sim import SimulatedArm
 from simulated import NearArm
 
@@ -86,6 +87,32 @@ def test_a_trajectory_has_a_dry_run_too(
     assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
     # With the duration of the averaged motion, where the other joints stand as homed.
     assert capsys.readouterr().out == "trajectory: a.csv, 2.23 s\n"
+
+
+def test_a_joint_that_the_arm_does_not_have_is_named(
+    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("a.csv").write_text("time,j7\n0,0.1\n2,0.2\n")
+    assert main(["run", "a.csv", "--dry-run"], paced=False) == 2
+    assert "no joint 'j7'; the arm has j1, j2, j3, j4" in capsys.readouterr().err
+
+
+def test_a_trajectory_of_one_joint_is_reported_as_it_is_carried_out(
+    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("a.csv").write_text("time,j1\n0,0.1\n2,0.3\n")
+    assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
+    assert "trajectory: a.csv, 2.57 s\n" in capsys.readouterr().out
+    assert main(["run", "a.csv", "--out", "out"], paced=False) == 0
+    assert "duration    trajectory 2.57 s" in capsys.readouterr().out
+    with Path("out/samples.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["phase"] == "trajectory"]
+    carried_out = read("out/trajectory.csv").trajectory
+    assert carried_out.duration == pytest.approx(2.567, abs=1e-3)
+    for row in rows:
+        expected = carried_out.sample(float(row["trajectory_time"])).positions[0]
+        # At 0.1 rad/s the reference of the cycle before, by which it is measured, is 1 mrad behind.
+        assert float(row["j1_reference"]) == pytest.approx(expected, abs=1.1e-3)
 
 
 def test_a_dry_run_shows_the_duration_of_the_slowed_and_averaged_motion(

@@ -84,6 +84,16 @@ def test_commands_use_the_running_owner_and_say_so(
     assert (status, "the owner of left has; --table FILE" in err) == (2, True)
     status, out, _ = said(capsys, "gripper", "0.06")
     assert (status, arm.robot.gripper.width) == (0, pytest.approx(0.06))
+    status, out, _ = said(capsys, "gripper", "--servo-angle", "-60")
+    assert "at this width the servo is at -60 deg" in out
+    assert (status, arm.robot.gripper.width) == (0, pytest.approx(0.04))
+    status, _, err = said(capsys, "gripper", "--servo-angle", "-61")
+    assert (status, "-61 deg is outside -60 .. 180 deg; there the jaws" in err) == (2, True)
+    for words in ((), ("open", "--servo-angle", "0")):
+        assert said(capsys, "gripper", *words)[::2] == (
+            2,
+            "bioscara: gripper takes either a WIDTH or --servo-angle DEG\n",
+        )
     status, out, _ = said(capsys, "joints", "--arm", "left")
     assert status == 0
     assert len(re.findall(r"^j\d +0x1\d +protocol 2, firmware \S+ +\S.* yes$", out, re.M)) == 4

@@ -289,7 +289,10 @@ def _move(
     try:
         progress.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(on_cycle=progress.cycle)
-        if len(job.trajectory.joint_names) < len(robot.parameters.joints):
+        if options.arm is not None or len(job.trajectory.joint_names) < len(
+            robot.parameters.joints
+        ):
+            # Where the other joints are; an owner has its own speed, tool and load.
             planned = checked(job.trajectory, robot.plan).trajectory
             _keep_trajectory(folder, planned)
         progress.phase("following the trajectory")

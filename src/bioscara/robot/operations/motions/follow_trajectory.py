@@ -146,10 +146,13 @@ def checked(trajectory: Trajectory, planner: Planner, *, planned: bool = False) 
 
 
 def start_of(trajectory: Trajectory, planner: Planner) -> list[float]:
-    """Return all joint positions at the start of a trajectory of some or all joints."""
+    """Return all joint positions at the start of a trajectory of some or all joints.
+
+    Those of joints that the arm does not have are left to the check of the trajectory.
+    """
     here = dict(zip(planner.joint_names, planner.here(), strict=True))
-    named = zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True)
-    return [*(here | dict(named)).values()]
+    first = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
+    return [first.get(name, position) for name, position in here.items()]
 
 
 def _goal(trajectory: Trajectory) -> Goal:
