@@ -120,7 +120,7 @@ class Observation:
         self._publish_statistics("introspection_data", values)
         self._publish_statistics("statistics", times)
 
-    def _publish_hardware(self, arm: Arm) -> None:
+    def _publish_hardware(self, arm: ArmHealth) -> None:
         for component in self._bridge.description.components:
             if (value := self._values.get(component.name)) is not None:
                 self._hardware.publish(hardware_status(self._now(), component, value, arm))
