@@ -15,6 +15,7 @@ from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm_time import ArmTime
 from bioscara.ros.controllers.goals import GoalEnds
 from bioscara.ros.owner import OwnerConnection
+from bioscara.ros.refusals import Refusals
 
 SERVICES = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 """Quality of service of the manager's services: no call is dropped while another one runs."""
@@ -32,6 +33,7 @@ class Bridge:
         time: Converts times.
         sections: Parameters in the arguments of the process, by the full name of their node.
         goals: Goals of controllers.
+        refusals: The last refusal.
         serial: Callbacks that change controllers: one runs at a time.
         parallel: Callbacks that run in parallel to all others.
     """
@@ -43,6 +45,7 @@ class Bridge:
     time: ArmTime
     sections: Mapping[str, frozenset[str]]
     goals: GoalEnds = field(default_factory=GoalEnds)
+    refusals: Refusals = field(default_factory=Refusals)
     serial: Any = field(default_factory=MutuallyExclusiveCallbackGroup)
     parallel: Any = field(default_factory=ReentrantCallbackGroup)
 
@@ -51,7 +54,7 @@ class Bridge:
         return self.node.get_parameter_or(name, Parameter(name)).value
 
     def attempt(self, what: str, call: Callable[[], str | None]) -> tuple[bool, str]:
-        """Carry out what a client asks for.
+        """Carry out what a client asks for; a refusal is in the log and the diagnostics.
 
         Args:
             what: The request, for the log.
@@ -61,10 +64,17 @@ class Bridge:
             Whether it was done, and the message: why not, otherwise.
         """
         try:
-            return True, call() or ""
+            answer = call() or ""
         except BioscaraError as error:
-            self.node.get_logger().error(f"{what}: {error}")
+            self.refuse(f"{what}: {error}")
             return False, str(error)
         except Exception as error:  # noqa: BLE001  a client without an answer would not stop waiting
             self.node.get_logger().fatal(f"{what}, a defect: {error!r}")
             return False, f"the node has a defect: {error!r}"
+        self.refusals.clear()
+        return True, answer
+
+    def refuse(self, text: str) -> None:
+        """Report a refusal with its reason where a person sees it: in log and diagnostics."""
+        self.node.get_logger().error(text)
+        self.refusals.add(text)

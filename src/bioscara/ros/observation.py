@@ -33,6 +33,8 @@ _LATCHED = QoSProfile(
 _PERIOD = 1.0
 """Time between two diagnostics [s]."""
 _POSITIVE = FloatingPointRange(from_value=sys.float_info.min, to_value=sys.float_info.max)
+_MANAGER = "Controller Manager Activity"
+"""Name of the status of the manager itself."""
 _OWN_PREFIX = "arm."
 """Begin of the names of the arm's own controllers."""
 
@@ -134,6 +136,8 @@ class Observation:
         level, message = value.level, self._described(value.message)
         if value.name == "Controllers Activity" and not self._loaded.names:
             level, message = max(level, 1), "no controllers are loaded"
+        if value.name == _MANAGER and (refusal := self._bridge.refusals.last):
+            level, message = max(level, 1), f"{message}; {refusal}" if level else refusal
         return _status(f"{node}: {value.name}", level, message, values)
 
     def _publish_diagnostics(self, statuses: tuple[DiagnosticStatus, ...]) -> None:
@@ -210,4 +214,4 @@ def _status(name: str, level: int, message: str, values: dict[str, str]) -> Diag
 
 
 def _without_owner(reason: str) -> DiagnosticStatus:
-    return _status("Controller Manager Activity", 2, reason, {})
+    return _status(_MANAGER, 2, reason, {})

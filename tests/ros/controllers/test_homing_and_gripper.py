@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from processes import wait_until
 from ros.bringup_controllers import (
     BROADCASTER,
     GRIP,
@@ -129,6 +130,44 @@ def home(ros: Ros, joint: str, command: float) -> None:
     }
     kind = "control_msgs/DynamicInterfaceGroupValues"
     ros.do("publish", type=kind, topic=f"/{HOMING}/commands", message=message)
+
+
+def reported(ros: Ros, text: str, *, there: bool = True) -> int:
+    """Wait until the diagnostics of the manager have a text, or not; return their level."""
+    for _ in range(5):
+        ros.do("forget", topic="/diagnostics")
+        (_, message), *_ = ros.do("heard", topic="/diagnostics", count=1)
+        (status,) = (
+            each for each in message["status"] if each["name"].endswith("Manager Activity")
+        )
+        if (text in status["message"]) is there:
+            level: int = status["level"]
+            return level
+    raise AssertionError(status)
+
+
+def test_what_is_refused_to_the_panel_is_in_log_and_diagnostics(ros: Ros, ros_rig: Rig) -> None:
+    """It shows no answer of a service, and homing has none."""
+    ros.do("listen", type="diagnostic_msgs/DiagnosticArray", topic="/diagnostics")
+    ros.hardware("bioscara_arm", "inactive")
+    ros.spawn(HOMING, active=False)
+    assert not ros.switch([HOMING], strictness=1)["ok"]
+    refused = "cannot switch: homing_controller cannot command j1/home: bioscara_arm is inactive; a"
+    assert refused in ros_rig.log
+    assert reported(ros, refused) >= 1
+    energise(ros)
+    reported(ros, refused, there=False)
+    ros.spawn(HOMING)
+    # Refused within the same second, each with a line in the log.
+    for joint, command, text in (
+        ("j3", -1.0, "j3: home command -1 leads away from its end stop; give a number above 0"),
+        ("j9", 1.0, "j9 is not a joint of homing_controller; it has j1, j2, j3, j4"),
+        ("j3", 1.0, "j3 cannot be homed: j2 is "),
+    ):
+        home(ros, joint, command)
+        wait_until(lambda text=text: text in ros_rig.log, text)
+    assert reported(ros, "homing_controller: cannot home: j3 cannot be homed: j2 is ") >= 1
+    ros.do("silence", topic="/diagnostics")
 
 
 def test_the_panel_homes_the_joints_one_by_one() -> None:

@@ -83,7 +83,8 @@ class ActionGoals:
         try:
             number = self._send(request)
         except BioscaraError as error:
-            self._log.error(f"goal rejected: {error}")
+            controller = self._controller
+            controller.bridge.refuse(f"{controller.name}: goal rejected: {error}")
             return GoalResponse.REJECT
         self._accepted[id(request)] = _Sent(number, generation)
         return GoalResponse.ACCEPT

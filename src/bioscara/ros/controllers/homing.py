@@ -29,14 +29,16 @@ class HomingNode(ControllerNode):
         )
 
     def report(self, ended: m.EndedGoal) -> None:
-        """Write how a homing ended to the log, as the topic has no answer."""
-        log = self.node.get_logger()
+        """Report how a homing ended, as the topic has no answer."""
         if ended.status == "aborted":
-            log.error(ended.text)
+            self.bridge.refuse(f"homing aborted: {ended.text}")
         else:
-            log.info(f"homing {ended.status} {ended.text}".rstrip())
+            self.node.get_logger().info(f"homing {ended.status} {ended.text}".rstrip())
 
     def _trigger(self, message: Any) -> None:
-        controllers = self.bridge.owner.robot.controllers
-        for joint, command in requests.homing_commands(message, self.bridge.description):
-            controllers.trigger(self.name, joint, command)
+        def trigger() -> None:
+            controllers = self.bridge.owner.robot.controllers
+            for joint, command in requests.homing_commands(message, self.bridge.description):
+                controllers.trigger(self.name, joint, command)
+
+        self.bridge.attempt(f"{self.name}: cannot home", trigger)

@@ -142,7 +142,7 @@ class ManagerServices:
                 f"the owner of the arm has not switched within {timeout:g} s; list_controllers "
                 "tells what became active"
             )
-            self._log.error(response.message)
+            self._bridge.refuse(response.message)
         return response
 
     def _switched(self, request: Any) -> str:
