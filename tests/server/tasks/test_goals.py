@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+from itertools import pairwise
 
 import pytest
 
@@ -133,6 +134,6 @@ def test_a_fault_leaves_only_what_events_and_goals_keep_of_it(
             gc.collect()
             return len(gc.get_objects())
 
-        before = objects_after(20)
-        # Unbounded, they were about 100 for each fault.
-        assert objects_after(20) - before < 20 * 10
+        counts = [objects_after(20) for _ in range(4)]
+        # Unbounded, they were about 100 for each fault; what else the process makes comes once.
+        assert min(later - before for before, later in pairwise(counts)) < 20 * 10
