@@ -261,7 +261,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             {
                 "parameters": ARM,
                 "v1": False,
-                "homed": True,
+                "homed": False,
                 "seed": 1,
                 "rate": 100,
                 "evidence": Path("faults"),
