@@ -6,6 +6,7 @@ import math
 import statistics
 from collections.abc import Sequence
 from time import perf_counter
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from benchmarks.floors import cycle as bare_cycle
 from benchmarks.measure import Row, at_most, duration, medians, timed
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
-from bioscara.control.limits.limiter import CommandSource
+from bioscara.control.limits.limiter import CommandSource, Property
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.limits import REDUCED_SPEED
@@ -55,6 +56,8 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> tuple[list[float], float]
     begin, bare, run = 0.0, [], bare_cycle()
 
     class Timed:
+        CONCERNS: ClassVar[Property] = "collision_checked"
+
         def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
             nonlocal begin
             start = perf_counter()
