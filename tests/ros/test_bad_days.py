@@ -26,7 +26,7 @@ from ros.bringup_controllers import (
     near,
     point,
 )
-from ros.rig import ABORTED, CANCELED, MANAGER, SUCCEEDED, Rig, Ros
+from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
 from served import HALF, NAME
 from soak import simulate as let_fail
 
@@ -85,13 +85,13 @@ def worst_level(ros: Ros) -> int:
 
 def broken(ros: Ros) -> list[str]:
     """Return the joints whose hardware status is an error."""
-    topic, kind = f"{MANAGER}/hardware_status", "control_msgs/HardwareStatus"
-    ros.do("listen", type=kind, topic=topic)
-    messages = [message for _, message in ros.do("heard", topic=topic, count=4)][-2:]
+    topic, kind = "/bioscara_arm/hardware_status", "control_msgs/HardwareStatus"
+    ros.do("listen", type=kind, topic=topic, qos="best_effort")
+    ros.do("forget", topic=topic)
+    _, message = ros.do("heard", topic=topic, count=2)[-1]
     ros.do("silence", topic=topic)
     return [
         device["device_id"]
-        for message in messages
         for device in message["hardware_device_states"]
         if device["hardware_status"][0]["health_status"] == 4
     ]

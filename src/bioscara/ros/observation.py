@@ -12,7 +12,12 @@ from controller_manager_msgs.msg import ControllerManagerActivity
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from pal_statistics_msgs.msg import Statistic, Statistics, StatisticsNames, StatisticsValues
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_system_default,
+)
 
 from bioscara.api import messages as m
 from bioscara.control.manager.diagnostics import default_thresholds
@@ -52,7 +57,15 @@ class Observation:
         node = bridge.node
         self._activity = node.create_publisher(ControllerManagerActivity, "~/activity", _LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._hardware = node.create_publisher(HardwareStatus, "~/hardware_status", 10)
+        # In ros2_control each component has a node of its own, by its name.
+        self._hardware = {
+            component.name: node.create_publisher(
+                HardwareStatus,
+                f"{re.sub(r'[^A-Za-z0-9_]', '_', component.name)}/hardware_status",
+                qos_profile_system_default,
+            )
+            for component in bridge.description.components
+        }
         self._statistics = {
             topic: (
                 node.create_publisher(Statistics, f"~/{topic}/full", 10),
@@ -125,7 +138,8 @@ class Observation:
     def _publish_hardware(self, arm: ArmHealth) -> None:
         for component in self._bridge.description.components:
             if (value := self._values.get(component.name)) is not None:
-                self._hardware.publish(hardware_status(self._now(), component, value, arm))
+                status = hardware_status(self._now(), component, value, arm)
+                self._hardware[component.name].publish(status)
 
     def _status(self, value: m.DiagnosticValue) -> DiagnosticStatus:
         node = self._bridge.node.get_name()
