@@ -42,6 +42,7 @@ HOST = ("firmware/tests",)
 """The core's own tests, compiled with it; not run by pytest."""
 HOST_BINARY = "build/firmware/tests"
 DRIVERS = ("tests/drivers",)
+ENDINGS = ("tests/server/test_endings.py",)
 LOOP = ("tests/control/loop/test_loop.py",)
 MANAGER = (
     "tests/control/manager/test_manager_rules.py",
@@ -716,9 +717,58 @@ MUTANTS = (
     Mutant(
         "a robot is released when its program ends",
         "Robot.open",
-        "exit_guard.guard(self)",
+        "exit_guard.guard(self, self.stop)",
         "pass",
         ("tests/robot/connection/test_exit_guard.py",),
+    ),
+    Mutant(
+        "a client gives its lease back when its program ends",
+        "RemoteRobot.open",
+        "exit_guard.guard(self, self._let_go)",
+        "pass",
+        ENDINGS,
+    ),
+    Mutant(
+        "a lease ends with the process of its client",
+        "Lease.lapsed",
+        "if self._client.gone:",
+        "if False:",
+        ENDINGS,
+    ),
+    Mutant(
+        "a killed process has ended before its parent awaits it",
+        "_opened",
+        'return int(struct.unpack("i", data)[0])',
+        "return None",
+        ENDINGS,
+    ),
+    Mutant(
+        "the first command waits until the motion of an ended program is at rest",
+        "Owner._start",
+        "goal.epoch < epoch and",
+        "False and",
+        ENDINGS,
+    ),
+    Mutant(
+        "a forked child leaves the connection to its parent",
+        "OwnerLink.__init__",
+        "in_child(self._leave_to_parent)",
+        "pass",
+        ENDINGS,
+    ),
+    Mutant(
+        "a forked child leaves the arm to its parent",
+        "ArmSession.__init__",
+        "in_child(self._forget)",
+        "pass",
+        ("tests/robot/connection/test_exit_guard.py",),
+    ),
+    Mutant(
+        "gateways end with their owner",
+        "child_process.main",
+        "ctypes.CDLL(None).prctl(_SET_DEATH_SIGNAL, signal.SIGTERM)",
+        "pass",
+        ("tests/server/test_processes.py",),
     ),
     Mutant(
         "signals do not begin a release anew",

@@ -278,6 +278,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "rate": 100,
                 "evidence": Path("faults"),
                 "reduced_speed": True,
+                "timeout": 0.0,
             },
         ),
     }

@@ -34,7 +34,7 @@ CLIENTS = 3
 class FakeClient:
     """A client as the owner knows it, with the epoch that it believes it has."""
 
-    connected = True
+    connected, gone = True, False
 
     def __init__(self, number: int) -> None:
         self.session, self.name = f"session {number}", f"client {number}"

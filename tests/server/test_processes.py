@@ -102,6 +102,37 @@ def test_a_killed_owner_leaves_joints_that_stop_and_a_fault_for_the_next_one(
         assert second.wait(20.0) == 0
 
 
+def test_the_gateways_of_a_killed_owner_end_with_it(
+    start: Start, folder: Path, tmp_path: Path
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    words = ("--bus", "sim", "--with", "record", "--with", f"web --port {port}")
+    first = start(
+        *("-m", "bioscara", "serve", "--name", NAME, *words),
+        env=environment(BIOSCARA_RUNTIME=str(folder)),
+        cwd=tmp_path,
+        stderr=subprocess.STDOUT,
+    )
+    begun = [int(wait_for_line(first, "runs as process").split()[-1]) for _ in range(2)]
+    wait_for_line(first, f"http://127.0.0.1:{port}")
+    eventually(lambda: [*tmp_path.glob("recordings/*.mcap")], what="the recorder begins")
+    first.kill()
+    eventually(lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in begun))
+    # The recording is whole, and the next owner's gateway has the port.
+    (recording,) = tmp_path.glob("recordings/*.mcap")
+    assert recording.read_bytes().endswith(b"\x89MCAP0\r\n")
+    second = start(
+        *("-m", "bioscara", "serve", "--name", NAME, *words[:2], *words[4:]),
+        env=environment(BIOSCARA_RUNTIME=str(folder)),
+        cwd=tmp_path,
+        stderr=subprocess.STDOUT,
+    )
+    wait_for_line(second, f"http://127.0.0.1:{port}")
+    second.terminate()
+    assert second.wait(20.0) == 0
+
+
 def find_error() -> type[Exception] | None:
     try:
         find(NAME)
@@ -133,7 +164,8 @@ def test_the_goal_of_a_client_that_fell_silent_ends_as_it_said(
             assert arm.owner.goals.running
         else:
             eventually(lambda: not arm.owner.goals.running, 5.0, "it stops")
-        assert any(event.what == "lease" and "lapsed" in event.text for event in after(arm, last))
+        said = "lapsed" if number == signal.SIGSTOP else "has ended, and its lease with it"
+        assert any(event.what == "lease" and said in event.text for event in after(arm, last))
         with RawClient("next") as other:
             # Another one may command now, and stop the goal.
             epoch = other.acquire()
@@ -191,13 +223,20 @@ def test_an_owner_that_is_stopped_is_reported_and_used_again_when_it_goes_on(
 ) -> None:
     assert folder.is_dir()
     monkeypatch.setattr("bioscara.remote.link._ANSWER_TIMEOUT", 0.5)
+    monkeypatch.setattr("bioscara.remote.lease_keeper.PATIENCE", 0.5)
     owner = served_by(start, "--bus", "sim", "--speed", "10")
     robot: Any = Robot.connect(f"arm:{NAME}")
     with robot:
+        robot.acquire_lease()
         owner.send_signal(signal.SIGSTOP)
         with pytest.raises(OwnerLostError, match="has not answered"):
             _ = robot.state
+        # The end of a program does not wait for it either.
+        begin = time.monotonic()
+        robot.close()
+        assert time.monotonic() - begin < 2.0
         owner.send_signal(signal.SIGCONT)
+    with Robot.connect(f"arm:{NAME}") as robot:
         eventually(lambda: answers(robot))
 
 
@@ -290,7 +329,7 @@ OVERLAY = "joints: {}\n# of this arm\n"
 
 def overlay_request(arm: Served, text: str, revision: int = 1) -> m.AnyResult:
     class Caller:
-        session, name, connected = "caller", "caller", True
+        session, name, connected, gone = "caller", "caller", True, False
 
         def send_record(self, goal: int, record: object) -> None:
             """Take a record."""

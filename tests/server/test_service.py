@@ -58,10 +58,11 @@ def test_its_settings_are_those_of_systemd_and_its_command_is_ours() -> None:
 
 
 @pytest.mark.realtime
+@pytest.mark.parametrize("at_once", [True, False])
 def test_when_it_reports_ready_clients_can_connect_and_its_loop_feeds_the_watchdog(
-    start: Callable[..., Popen[str]], tmp_path: Path
+    start: Callable[..., Popen[str]], tmp_path: Path, at_once: bool
 ) -> None:
-    path = f"{os.environ['BIOSCARA_RUNTIME']}/notify"
+    path = f"{os.environ['BIOSCARA_RUNTIME']}/notify-{at_once}"
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
         systemd.bind(path)
         systemd.settimeout(20.0)
@@ -71,6 +72,10 @@ def test_when_it_reports_ready_clients_can_connect_and_its_loop_feeds_the_watchd
         environment = {**os.environ, "NOTIFY_SOCKET": path, "WATCHDOG_USEC": "1000000"}
         service = start("-m", "bioscara", *command, env=environment, cwd=tmp_path)
         assert systemd.recv(100) == b"READY=1"
+        if at_once:
+            service.send_signal(signal.SIGTERM)
+            assert service.wait(20) == 0
+            return
         with Robot.connect("arm:service") as robot:
             assert not robot.is_homed
         fed = [systemd.recv(100) for _ in range(4)]

@@ -2,7 +2,7 @@
 
 Each owner holds a lock on a file next to its socket for as long as it lives. Whether an owner runs
 is decided by that lock alone: the kernel releases it when the process ends, however it ends.
-Imports the standard library and errors only, as ``bioscara stop`` must be fast.
+Imports the standard library and modules that do so only, as ``bioscara stop`` must be fast.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from bioscara.errors import (
     InvalidArgumentError,
     OwnerLostError,
 )
+from bioscara.forking import in_child
 
 VARIABLE = "BIOSCARA_RUNTIME"
 """Environment variable that names another folder for the sockets."""
@@ -180,6 +181,13 @@ class OwnerClaim:
                 f"the sockets of served arms cannot be in {self.socket.parent}: "
                 f"{error.strerror or error}; set {VARIABLE} to another folder"
             ) from error
+        in_child(self._forget)
+
+    def _forget(self) -> None:
+        # A copy of the lock in a child would outlive the owner.
+        self.listener.close()
+        os.close(self._lock)
+        self._lock = -1
 
     def restore(self) -> bool:
         """Make the files again if they were removed; return whether they were.

@@ -27,6 +27,7 @@ from bioscara.errors import (
     LimitError,
     NoAcknowledgeError,
 )
+from bioscara.forking import in_child
 
 # linux/i2c-dev.h and linux/i2c.h
 _I2C_RETRIES = 0x0701
@@ -143,6 +144,7 @@ class LinuxBus(Bus):
         self._timed_out: set[int] = set()
         self._stuck = False
         self._no_acknowledges = self._timeouts = self._other_errors = self._recoveries = 0
+        in_child(self.close)
 
     def __repr__(self) -> str:
         return f"<LinuxBus {self._path}>"

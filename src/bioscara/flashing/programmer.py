@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from abc import ABC, abstractmethod
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import ClassVar
 
 from bioscara.errors import FlashError, ImageError
 from bioscara.flashing.program import is_installed
+from bioscara.locked_folder import LockedFolder
 
 FLASH = 0x08000000
 """Start address of the flash from which the controller boots."""
@@ -56,8 +56,7 @@ class Programmer(ABC):
         """
         with ExitStack() as stack:
             try:
-                temporary = tempfile.TemporaryDirectory(prefix="bioscara-flash-")
-                folder = Path(stack.enter_context(temporary))
+                folder = stack.enter_context(LockedFolder("bioscara-flash-"))
                 (folder / WRITTEN).write_bytes(content)
             except OSError as error:
                 raise ImageError(

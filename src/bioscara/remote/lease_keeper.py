@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, LeaseError, OwnerLostError
-from bioscara.remote.link import OwnerLink
+from bioscara.remote.link import PATIENCE, OwnerLink
 
 TIME_TO_LIVE = 2.0
 """Time for which the owner waits for a client that is silent [s]."""
@@ -44,6 +44,7 @@ class LeaseKeeper:
             LeaseError: Another client commands the arm, or has ended the lease of this one.
             OwnerLostError: The owner does not run.
         """
+        self._link.require_own()
         with self._lock:
             if self._epoch is not None:
                 return self._epoch
@@ -79,15 +80,19 @@ class LeaseKeeper:
             ).start()
             return self._epoch
 
-    def release(self) -> None:
-        """Give the lease back, if it is held."""
+    def release(self) -> bool:
+        """Give the lease back, if it is held; return whether the owner still answers."""
         with self._lock:
             epoch, self._epoch = self._epoch, None
             self._ended.set()
         if epoch is not None:
             # It may have ended.
-            with suppress(LeaseError, OwnerLostError):
-                self._link.request(m.ReleaseLease(), epoch)
+            with suppress(LeaseError):
+                try:
+                    self._link.request(m.ReleaseLease(), epoch, timeout=PATIENCE)
+                except OwnerLostError:
+                    return False
+        return True
 
     def lose(self, reason: str) -> None:
         """Note that the lease has ended without this client's doing."""

@@ -26,10 +26,12 @@ from bioscara.errors import (
     BioscaraError,
     BusyError,
     InvalidArgumentError,
+    NotInitializedError,
     OwnerError,
     OwnerLostError,
     ProtocolError,
 )
+from bioscara.forking import in_child
 from bioscara.printing import printable
 
 PATIENCE = 5.0
@@ -140,10 +142,40 @@ class OwnerLink:
         self._subscription = m.Subscribe(events_after=0)
         self._events_after, self._last_event = events_after, 0
         self._closed = False
+        self._parent = 0
         self._failure: OwnerLostError | None = None
         self._reproach: Exception | None = None
         self.welcome: m.Welcome
         self._reader: threading.Thread | None = None
+        in_child(self._leave_to_parent)
+
+    def _leave_to_parent(self) -> None:
+        """Leave the connection to the parent of this process, which was forked from it."""
+        self._closed, self._parent = True, os.getppid()
+        # Not shut down, which would end the connection of the parent.
+        if self._socket is not None:
+            self._socket.close()
+        self._socket = self._reader = None
+        # Each may have been held by a thread that this process does not have.
+        self._lock, self._sending = threading.Lock(), threading.Lock()
+        self._opening = threading.RLock()
+
+    @property
+    def is_of_parent(self) -> bool:
+        """Whether this process was forked from the one to which the connection belongs."""
+        return self._parent != 0
+
+    def require_own(self) -> None:
+        """Raise in a forked child of the process to which the connection belongs.
+
+        Raises:
+            NotInitializedError: This is one.
+        """
+        if self._parent:
+            raise NotInitializedError(
+                f"the connection to arm {self.name} belongs to process {self._parent}, from which "
+                "this one was forked; connect() in this one, too"
+            )
 
     def open(self) -> None:
         """Connect.
@@ -215,6 +247,7 @@ class OwnerLink:
         epoch: int | None = None,
         *,
         arrived: Callable[[m.AnyResult], object] | None = None,
+        timeout: float | None = None,
     ) -> m.AnyResult:
         """Send a request and return its result.
 
@@ -224,6 +257,7 @@ class OwnerLink:
             arrived: Called with the result when it comes, also if this call was interrupted before,
                 as by Ctrl-C; in the thread of the connection, so that it must not make requests.
                 An interrupted call waits for it, unless that is interrupted too.
+            timeout: Longest time to wait for the answer [s]; None for a minute.
 
         Raises:
             InvalidArgumentError: A value cannot be sent.
@@ -237,12 +271,13 @@ class OwnerLink:
         if epoch is not None and self._silence is not None:
             self.require()
             self.require_heard()
+        timeout = _ANSWER_TIMEOUT if timeout is None else timeout
         request = m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch)
         pending = _Pending(request, arrived)
         self._register(pending)
         try:
             self._write(pending.data)
-            come = self._wait(pending)
+            come = self._wait(pending, timeout)
         except BaseException:
             # Without a callback the answer is of no use any more.
             if arrived is None or pending.come.wait(PATIENCE):
@@ -252,7 +287,7 @@ class OwnerLink:
         if not come:
             self.require_heard()
             raise OwnerLostError(
-                f"the owner of arm {self.name} has not answered within {_ANSWER_TIMEOUT:g} s"
+                f"the owner of arm {self.name} has not answered within {timeout:g} s"
             )
         answer = pending.answer
         if isinstance(answer, Exception):
@@ -261,10 +296,10 @@ class OwnerLink:
             raise OwnerLostError(f"the owner of arm {self.name} gave no answer")
         return answer
 
-    def _wait(self, pending: _Pending) -> bool:
+    def _wait(self, pending: _Pending, timeout: float) -> bool:
         """Wait for an answer, no longer than the owner may be silent; return whether it came."""
         begin = time.monotonic()
-        end = begin + _ANSWER_TIMEOUT
+        end = begin + timeout
         while (now := time.monotonic()) < end:
             limit = end
             if self._silence is not None:
@@ -298,6 +333,7 @@ class OwnerLink:
 
     def _register(self, pending: _Pending | None) -> None:
         """Expect the answer to a request, on a connection that is made again if it was lost."""
+        self.require_own()
         while True:
             with self._lock:
                 if self._closed:

@@ -194,7 +194,11 @@ class RemoteOperation(Generic[T]):
 
         Args:
             timeout: Longest time to wait [s]; None for no limit.
+
+        Raises:
+            NotInitializedError: It belongs to a parent process.
         """
+        self._link.require_own()
         try:
             return self._finished.wait(timeout)
         except KeyboardInterrupt:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import _thread
 import asyncio
 import math
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import suppress
@@ -46,6 +48,7 @@ from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_controllers import RemoteControllers
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
+from bioscara.robot.connection import exit_guard
 from bioscara.robot.operations.motions.home import PerJoint
 from bioscara.robot.operations.motions.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
@@ -61,6 +64,10 @@ R = TypeVar("R", bound=m.Result)
 
 _JOG_PERIOD = 0.02
 """Time between two velocities of a jog [s]."""
+_REST_TIMEOUT = 15.0
+"""Longest time in which the motions of a program that ends come to rest [s]."""
+_RETRY = 0.05
+"""Time between two attempts to get what another program has [s]."""
 _EARLY = 64
 """Goals whose messages are kept until their handle exists."""
 
@@ -69,10 +76,11 @@ class RemoteRobot:
     """An arm that another process owns, with the interface of :class:`bioscara.Robot`.
 
     Created by ``Robot.connect("arm:NAME")``. :meth:`open` connects to the owner, and nothing moves;
-    :meth:`close` stops the program's motions and leaves the arm as it is. The first command takes
-    the lease: only one program commands the arm at a time, any may look and :meth:`stop`. Errors
-    are those of a robot; also OwnerLostError, and LeaseError where another program commands the
-    arm or has stopped it.
+    :meth:`close` stops the program's motions and leaves the arm as it is. However the program ends,
+    its motions are stopped. The first command takes the lease: only one program commands the arm at
+    a time, any may look and :meth:`stop`. It waits until the motion of an ended program is at rest.
+    Errors are those of a robot; also OwnerLostError, and LeaseError where another program commands
+    the arm or has stopped it.
 
     Callbacks are called in the thread that waits for the motion, or in one of their own. While a
     connection is broken, calls wait for it up to 5 s.
@@ -83,6 +91,7 @@ class RemoteRobot:
         pid: Process of the owner, which no other one may be; None for any.
         silence: Time without anything from the owner after which calls fail [s], for a program that
             receives samples of the controllers; None to wait for each answer.
+        timeout: Longest time for which :meth:`open` waits until the owner runs [s].
 
     Attributes:
         gripper: Its gripper.
@@ -96,8 +105,10 @@ class RemoteRobot:
         lost: Callable[[OwnerLostError], object] | None = None,
         pid: int | None = None,
         silence: float | None = None,
+        timeout: float = 0.0,
     ) -> None:
         self._name, self._lost = name, lost
+        self._timeout = _timeout(timeout)
         self._link = OwnerLink(name, self._receive, self._owner_lost, pid=pid, silence=silence)
         self._lease = LeaseKeeper(self._link)
         self._operations: dict[int, RemoteOperation[Any]] = {}
@@ -125,29 +136,39 @@ class RemoteRobot:
 
         Raises:
             LifecycleError: It is open already, or was closed.
-            OwnerLostError: No owner of that name runs.
+            OwnerLostError: No owner of that name runs, also after the time to wait for it.
         """
+        self._link.require_own()
         if self._closed:
             raise LifecycleError("the robot was closed; make another one to connect again")
         if self._opened:
             raise LifecycleError("the robot is connected already; use the one there is")
-        self._link.open()
+        _retried(self._link.open, OwnerLostError, self._timeout)
         self._opened = True
+        exit_guard.guard(self, self._let_go)
         self._description = self._ask(m.GetDescription(), m.Description)
         return self
 
+    def _let_go(self) -> None:
+        """Give the lease back without waiting, from a handler of a signal."""
+        # The modules that make threads lock what the interrupted thread may hold.
+        _thread.start_new_thread(self._lease.release, ())
+
     def close(self) -> None:
         """Stop the motions of this program, give the lease back and disconnect."""
-        if not self._opened or self._closed:
+        if not self._opened or self._closed or self._link.is_of_parent:
             self._closed = True
             return
         try:
-            self._lease.release()
-            for operation in list(self._operations.values()):
-                operation.wait(timeout=15.0)
+            with exit_guard.postponed():
+                if self._lease.release():
+                    end = time.monotonic() + _REST_TIMEOUT
+                    for operation in list(self._operations.values()):
+                        operation.wait(max(end - time.monotonic(), 0.0))
         finally:
             self._closed = True
             self._link.close()
+            exit_guard.forget(self)
 
     def __enter__(self) -> Self:
         return self if self._opened and not self._closed else self.open()
@@ -162,6 +183,7 @@ class RemoteRobot:
 
     def shutdown(self) -> list[str]:
         """Stop the program's motions; the joints stay as the owner has them. Return nothing."""
+        self._link.require_own()
         for operation in list(self._operations.values()):
             operation.cancel()
             operation.wait()
@@ -186,19 +208,22 @@ class RemoteRobot:
         """
         self._link.require_heard()
 
-    def acquire_lease(self, *, force: bool = False) -> None:
+    def acquire_lease(self, *, force: bool = False, timeout: float = 0.0) -> None:
         """Take the lease of the arm.
 
         Needed after another program has stopped the arm; otherwise the first command takes it.
 
         Args:
             force: Whether to take it from another program, whose motion is stopped.
+            timeout: Longest time to wait for another program to release it [s].
 
         Raises:
-            LeaseError: Another program commands the arm.
+            InvalidArgumentError: The time to wait is below zero or not a number.
+            LeaseError: Another program commands the arm, also after that time.
         """
         self._require_open()
-        self._lease.acquire(force=flag("force", force))
+        flag("force", force)
+        _retried(lambda: self._lease.acquire(force=force), LeaseError, _timeout(timeout))
 
     def release_lease(self) -> None:
         """Let other programs command the arm; the motions of this one are stopped."""
@@ -924,6 +949,7 @@ class RemoteRobot:
             self._lost(error)
 
     def _require_open(self) -> None:
+        self._link.require_own()
         if self._closed:
             raise NotInitializedError("the robot was closed; make another one to connect again")
         if not self._opened:
@@ -975,6 +1001,27 @@ class RemoteRobot:
         x, y, z, yaw = sample.pose
         where = f"at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
         return f"<RemoteRobot {self._name}, {power}, homed, {where}>"
+
+
+def _timeout(given: float) -> float:
+    timeout = number("timeout", given, infinite=True)
+    if not timeout >= 0.0:
+        raise InvalidArgumentError(f"timeout {timeout:g} s must not be below zero")
+    return timeout
+
+
+def _retried(attempt: Callable[[], object], refusal: type[BioscaraError], timeout: float) -> None:
+    """Try something until it is not refused any more, for a time [s]; raise the last refusal."""
+    end = time.monotonic() + timeout
+    while True:
+        try:
+            attempt()
+        except refusal:
+            if time.monotonic() >= end:
+                raise
+            time.sleep(_RETRY)
+        else:
+            return
 
 
 def _result(result: m.AnyResult, kind: type[R]) -> R:

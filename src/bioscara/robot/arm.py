@@ -385,20 +385,27 @@ class Arm:
             self.stack.loop.restart()
 
     def require_outside(self, name: str) -> None:
-        """Raise in the thread that runs the loop: it would wait for itself.
+        """Raise in the thread that runs the loop, which would wait for itself.
 
         Args:
             name: Name of the call that is made in a callback.
 
         Raises:
             BusyError: This thread runs the loop.
+            NotInitializedError: The arm belongs to a parent process, where the loop runs.
         """
+        self.session.require_own()
         if self._stepper is threading.current_thread():
             running = self.arbiter.running or (Claim("the control loop"),)
             raise running[0].refuse(name, inside=True)
 
     def stop(self) -> None:
-        """Stop all operations and end a pause, from any thread; returns at once."""
+        """Stop all operations and end a pause, from any thread; returns at once.
+
+        Raises:
+            NotInitializedError: The arm belongs to a parent process.
+        """
+        self.session.require_own()
         self.arbiter.stop()
         self.paused = False
 
@@ -410,6 +417,7 @@ class Arm:
             BioscaraError: A joint cannot be used; the bus is closed again.
             MotionCancelledError: It was stopped; the arm is connected.
         """
+        self.session.require_own()
         with self.arbiter.claimed("connecting"):
             # First: the turn of an arm that is watched never ends.
             self.session.require_unconnected()
@@ -456,6 +464,8 @@ class Arm:
             KeyboardInterrupt, SystemExit: It was interrupted; the joints are disabled, unless an
                 operation did not end within 15 s.
         """
+        if self.session.is_of_parent:
+            return
         problems, raised, begin = "", error, time.monotonic()
         # While shutdown is refused, an operation is still using the bus, which stays open.
         while self.session.connected:

@@ -184,6 +184,7 @@ class Robot:
         rate: int | None = None,
         evidence: Path = FAULTS,
         reduced_speed: bool = True,
+        timeout: float = 0.0,
     ) -> Self:
         """Return the arm on the bus of this name, or the one that another process owns.
 
@@ -197,6 +198,8 @@ class Robot:
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             reduced_speed: Whether the tool keeps to 250 mm/s.
+            timeout: Longest time for which :meth:`open` waits until the owner of ``arm:NAME`` runs
+                [s].
 
         Raises:
             InvalidArgumentError: There is no bus of that name, or an argument is the owner's.
@@ -209,8 +212,13 @@ class Robot:
                     "the speed limit; leave them out, and set robot.reduced_speed when connected"
                 )
             # By name: clients are above robots, and most programs have none.
-            remote: Self = import_module("bioscara.remote").RemoteRobot(name.removeprefix("arm:"))
+            remote_robot = import_module("bioscara.remote").RemoteRobot
+            remote: Self = remote_robot(name.removeprefix("arm:"), timeout=timeout)
             return remote
+        if number("timeout", timeout, infinite=True) != 0.0:
+            raise InvalidArgumentError(
+                f"timeout {timeout!r} is for an owner, arm:NAME; a bus is there or is not"
+            )
         parameters = own_parameters() if parameters is None else _require_parameters(parameters)
         devices = devices_on(name, parameters)
         return cls(
@@ -228,7 +236,7 @@ class Robot:
             LifecycleError: It is open already, or was closed.
             BioscaraError: A joint cannot be used; the bus is closed again.
         """
-        exit_guard.guard(self)
+        exit_guard.guard(self, self.stop)
         try:
             self._arm.connect()
         except MotionCancelledError:

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
-import os
-import signal
 import subprocess
-import sys
 from types import TracebackType
 from typing import Self
 
 from bioscara.api import runtime
+from bioscara.child_process import child_command
 from bioscara.errors import BusyOwnerError, HardwareError, OwnerLostError
 
-_SET_DEATH_SIGNAL = 1
-"""``PR_SET_PDEATHSIG`` of prctl(2)."""
 _PATIENCE = 8.0
 """Time in which it has to end [s]: launch kills the node after 10 s."""
 
@@ -44,7 +39,7 @@ class OwnerProcess:
     def __enter__(self) -> Self:
         # In a group of its own: Ctrl-C is for the node, which ends it after the controllers.
         self._process = subprocess.Popen(  # noqa: S603  this program
-            [sys.executable, "-m", __name__, str(os.getpid()), *self._words],
+            child_command(self._words),
             start_new_session=True,
         )
         return self
@@ -90,16 +85,3 @@ def require_free(name: str) -> None:
         f"arm {name} has an owner, process {owner.pid} on {owner.bus}; leave out --bus to use that "
         "arm, or give the one on this bus another name with --arm NAME"
     )
-
-
-def main() -> None:
-    """Become ``bioscara`` with the given words, and get SIGTERM when the given parent ends."""
-    parent, *words = sys.argv[1:]
-    ctypes.CDLL(None).prctl(_SET_DEATH_SIGNAL, signal.SIGTERM)
-    if os.getppid() != int(parent):
-        return
-    os.execv(sys.executable, [sys.executable, "-m", "bioscara", *words])  # noqa: S606  likewise
-
-
-if __name__ == "__main__":
-    main()

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import logging
 import signal
-import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+
+from bioscara.child_process import child_command
 
 _FIRST, _LONGEST = 1.0, 60.0
 """Shortest and longest wait before one is started again [s]; each wait is twice as long."""
@@ -20,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 
 class Gateways:
-    """Runs gateways until :meth:`close`.
+    """Runs gateways until :meth:`close`, or until this process ends otherwise.
 
     Args:
         commands: Words of ``bioscara`` that run each one.
@@ -66,7 +67,7 @@ class Gateways:
             begin = loop.time()
             # The arm comes before options: all that follows --ros-args is for ROS.
             process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "bioscara", name, "--arm", self._arm, *words[1:]
+                *child_command([name, "--arm", self._arm, *words[1:]])
             )
             self._processes[words] = process
             self._announce("gateway", f"{name} runs as process {process.pid}")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 import threading
 from pathlib import Path
 
 from bioscara.api.messages import ParametersState
 from bioscara.errors import ConfigurationError, ConflictError
+from bioscara.locked_folder import LockedFolder
 from bioscara.model import load_parameters
 from bioscara.whole_files import replacing
 
@@ -58,8 +58,8 @@ class OverlayFile:
             )
         if len(text) > _LONGEST:
             raise ConfigurationError(f"the overlay has {len(text)} characters, over {_LONGEST}")
-        with tempfile.TemporaryDirectory() as folder:
-            draft = Path(folder, self._path.name)
+        with LockedFolder("bioscara-overlay-") as folder:
+            draft = folder / self._path.name
             draft.write_text(text, encoding="utf-8")
             load_parameters(overlay=draft)
         with self._lock:

@@ -27,7 +27,7 @@ from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.operations.motions.jog import Jog
-from bioscara.robot.operations.operation import Operation
+from bioscara.robot.operations.operation import Operation, Status
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
@@ -65,6 +65,9 @@ _REPORT_MAX = 500
 """Longest text that a client reports to all [characters]."""
 _STOP_REPEATED = 2.0
 """Time in which another STOP of a client repeats its last one [s], unless something began since."""
+_REST = 10.0
+"""Time in which a motion that is being stopped is at rest [s], also in simulated time that is slow.
+"""
 _AFTER_A_STOP = frozenset({"goal_accepted", "pause", "resume", "lease"})
 """Events after which a STOP is another one."""
 
@@ -251,8 +254,8 @@ class Owner:
     def expire(self) -> None:
         """Let the lease lapse if it is due: goals that depend on it are stopped."""
         client = self.lease.client
-        if self.lease.lapsed():
-            self._lose_lease(f"the lease of {client} has lapsed", client)
+        if reason := self.lease.lapsed():
+            self._lose_lease(reason, client)
 
     def tick(self) -> None:
         """Do the periodic work that needs no control loop: called now and then."""
@@ -328,7 +331,7 @@ class Owner:
         self.expire()
         lease = self.lease
         former, name = lease.holder, lease.client
-        lease.acquire(client.session, client.name, command.time_to_live, force=command.force)
+        lease.acquire(client, command.time_to_live, force=command.force)
         if former and former != client.session:
             # Goals that may finish without the lease, too: it is taken to stop the motion.
             self._taken = lease.epoch - 1
@@ -376,7 +379,20 @@ class Owner:
         def finish(_: object) -> m.Accepted:
             return m.Accepted(self.keep(operation, client, epoch, command.on_lease_loss, number))
 
-        return Later(lambda: self._arm.begin(operation, check), finish)
+        # A program that follows another one at once would be refused while the arm brakes.
+        stopping = [
+            goal.operation
+            for goal in self.goals.running
+            if goal.epoch < epoch and goal.operation.status is Status.STOPPING
+        ]
+
+        def begin() -> None:
+            end = time.monotonic() + _REST
+            for former in stopping:
+                former.wait(max(end - time.monotonic(), 0.0))
+            self._arm.begin(operation, check)
+
+        return Later(begin, finish)
 
     def check(self, name: str, client: Client, epoch: int) -> Callable[[], None]:
         """Return a function that raises if the arm was stopped or the lease ended since.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import weakref
 
+from bioscara.locked_folder import LockedFolder
 from bioscara.model import PwmOutput
-from bioscara.sim.locked_folder import LockedFolder
 
 _NS = 1e9
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import MonotonicClock
 from bioscara.errors import BusUnavailableError, CommunicationError
+from bioscara.forking import in_child
 from bioscara.scheduling import ProcessorWait
 from bioscara.sim.firmware_bus import failure
 from bioscara.sim.framing import (
@@ -111,6 +112,7 @@ class SocketBus(Bus):
         self._received = bytearray()
         self._sequence = 0
         self._closed = False
+        in_child(self.close)
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
         """Carry out ``transactions`` in order.

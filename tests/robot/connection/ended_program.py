@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import time
@@ -10,7 +11,7 @@ from types import FrameType
 
 from tests.system.observed_arm import START
 
-from bioscara import Operation, Robot
+from bioscara import BioscaraError, Operation, Robot
 
 THERE = (-1.0, 0.22, 0.5, 0.0)
 SLOW = 0.4
@@ -107,6 +108,30 @@ def handling_the_signal() -> None:
 def closed() -> None:
     connect().open().close()
     say("closed")
+    time.sleep(60.0)
+
+
+def forking() -> None:
+    """Move the arm, and let a forked child use it; the motion goes on, and the child lives on."""
+    robot = connect().open()
+    motion = begin(robot)
+    reading, writing = os.pipe()
+    if os.fork() == 0:
+        calls: list[Callable[[], object]] = [
+            lambda: robot.state, robot.stop, robot.home, robot.open, robot.shutdown, motion.wait,
+            robot.gripper.open, lambda: robot.pose, robot.enable, robot.plan.unfold,
+        ]  # fmt: skip
+        for call in calls:
+            try:
+                call()
+            except BioscaraError as error:
+                say(f"refused: {type(error).__name__}: {error}")
+        robot.close()
+        signal.raise_signal(signal.SIGHUP) if os.fork() == 0 else os.wait()
+        os.write(writing, b"done")
+        time.sleep(60.0)
+    os.read(reading, 4)
+    say(f"forked {motion.done}")
     time.sleep(60.0)
 
 

@@ -180,9 +180,6 @@ def test_a_closing_that_a_signal_ends_keeps_no_other_robot_open() -> None:
         def __init__(self, error: BaseException | None) -> None:
             self.error = error
 
-        def stop(self) -> None:
-            """Nothing moves."""
-
         def close(self) -> None:
             self.closed = True
             if self.error is not None:
@@ -190,13 +187,33 @@ def test_a_closing_that_a_signal_ends_keeps_no_other_robot_open() -> None:
 
     arms = [Arm(error) for error in (SystemExit(143), KeyboardInterrupt(), None)]
     for each in arms:
-        exit_guard.guard(each)
+        exit_guard.guard(each, lambda: None)
     try:
         exit_guard._close_all()
         assert all(each.closed for each in arms)
     finally:
         for each in arms:
             exit_guard.forget(each)
+
+
+def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
+    begin: Start, arm: Path, folder: Path
+) -> None:
+    process = begin("forking")
+    text = f"refused: NotInitializedError: the robot belongs to process {process.pid}, from which"
+    for _ in range(10):
+        assert text in wait_for_line(process, "refused")
+    wait_for_line(process, "forked False")
+    assert abs(truth(arm)[1][0]) > ended_program.FAST
+    # A copy of the connection in the child, which lives on, would keep the arm from the next host.
+    process.kill()
+    process.wait(LIMIT)
+    wait_until(lambda: at_rest(arm), "the joints stop by themselves")
+    with Robot.connect(f"sim:{arm}", evidence=folder / "forked") as robot:
+        robot.acknowledge()
+        robot.recover()
+        robot.enable()
+    require_released(arm, folder)
 
 
 def test_after_close_a_signal_ends_the_program_at_once(begin: Start) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from bioscara.arguments import shown
@@ -17,6 +18,7 @@ from bioscara.errors import (
     LifecycleError,
     NotInitializedError,
 )
+from bioscara.forking import in_child
 from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState
 from bioscara.hardware.safe_stop import release
 from bioscara.model import ArmParameters
@@ -70,14 +72,37 @@ class ArmSession:
         self._rate = None if rate is None else require_rate(rate)
         self._evidence = Path(evidence)
         self._stack: Stack | None = None
+        self._parent = 0
+        in_child(self._forget)
+
+    def _forget(self) -> None:
+        self._stack, self._parent = None, os.getppid()
+
+    @property
+    def is_of_parent(self) -> bool:
+        """Whether this process was forked from the one to which the arm belongs."""
+        return self._parent != 0
+
+    def require_own(self) -> None:
+        """Raise in a forked child of the process to which the arm belongs.
+
+        Raises:
+            NotInitializedError: This is one.
+        """
+        if self._parent:
+            raise NotInitializedError(
+                f"the robot belongs to process {self._parent}, from which this one was forked; "
+                "make a robot of its own here"
+            )
 
     @property
     def stack(self) -> Stack:
         """The control stack.
 
         Raises:
-            NotInitializedError: The robot is not connected.
+            NotInitializedError: The robot is not connected, or belongs to a parent process.
         """
+        self.require_own()
         if self._stack is None and self.arm.state is not LifecycleState.UNCONFIGURED:
             raise NotInitializedError("the robot was closed; make another one to connect again")
         if self._stack is None:

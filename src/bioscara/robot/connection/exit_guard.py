@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import atexit
+import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, Protocol
@@ -18,17 +19,14 @@ _PATIENCE = 15.0
 
 
 class Closeable(Protocol):
-    """Something that releases the joints."""
-
-    def stop(self) -> None:
-        """Request the end of all motion; must not block."""
+    """A robot that a program has opened."""
 
     def close(self) -> None:
-        """Stop all motion and disable all joints."""
+        """End the motions of this program, and release what it has of the arm."""
 
 
 # Not weak: a program may keep no reference to its robot, only to a motion or to nothing.
-_guarded: set[Closeable] = set()
+_guarded: dict[Closeable, Callable[[], object]] = {}
 _replaced: dict[int, Any] = {}
 _closing: list[float] = []
 """Times at which the main thread began to close a robot, while it does [s]."""
@@ -36,19 +34,20 @@ _postponed: list[int] = []
 """Signals that arrived during the closing."""
 
 
-def guard(robot: Closeable) -> None:
+def guard(robot: Closeable, stop: Callable[[], object]) -> None:
     """Close a robot when the program ends.
 
     SIGTERM and SIGHUP raise SystemExit in the main thread from now on, as Ctrl-C raises
     KeyboardInterrupt, unless the program handles them itself. A robot that is still open when the
-    interpreter ends is closed then.
+    interpreter ends is closed then. A forked child, to which the robot does not belong, forgets it.
 
     Args:
         robot: A robot that was just opened.
+        stop: Requests the end of the motions of this program; must not block.
     """
     if not _guarded:
         atexit.register(_close_all)
-    _guarded.add(robot)
+    _guarded[robot] = stop
     if threading.current_thread() is not threading.main_thread():
         return  # Only the main thread may handle signals.
     for number in _SIGNALS:
@@ -58,12 +57,15 @@ def guard(robot: Closeable) -> None:
 
 def forget(robot: Closeable) -> None:
     """End the guard of a robot that is closed."""
-    _guarded.discard(robot)
+    _guarded.pop(robot, None)
     if _guarded:
         return
     atexit.unregister(_close_all)
-    if threading.current_thread() is not threading.main_thread():
-        return
+    if threading.current_thread() is threading.main_thread():
+        _restore_handlers()
+
+
+def _restore_handlers() -> None:
     for number in [*_replaced]:
         if signal.getsignal(number) is _exit:
             signal.signal(number, _replaced[number])
@@ -108,8 +110,8 @@ def _exit(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the fo
         _postponed.append(number)
         return
     # Python drops an exception that is raised within a finalizer: the motion ends nevertheless.
-    for robot in [*_guarded]:
-        robot.stop()
+    for stop in [*_guarded.values()]:
+        stop()
     raise _ending(number)
 
 
@@ -131,3 +133,15 @@ def _close_all() -> None:
                 pass  # This one's closing took too long; the others are closed nevertheless.
             except Exception as error:  # noqa: BLE001  likewise
                 sys.stderr.write(f"bioscara: at exit: {error}\n")
+
+
+def _forget_all() -> None:
+    """Forget the robots of the parent in a forked child, whose main thread is the present one."""
+    _guarded.clear()
+    _closing.clear()
+    _postponed.clear()
+    atexit.unregister(_close_all)
+    _restore_handlers()
+
+
+os.register_at_fork(after_in_child=_forget_all)

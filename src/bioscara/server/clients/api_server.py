@@ -8,8 +8,6 @@ import logging
 import os
 import pwd
 import secrets
-import socket
-import struct
 from concurrent.futures import ThreadPoolExecutor
 
 from bioscara.api import framing
@@ -19,6 +17,7 @@ from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, BioscaraError, BusyOwnerError, ConfigurationError
 from bioscara.server.clients.arm_service import ArmService
 from bioscara.server.clients.connection import AnySample, Connection, Sessions, Workers
+from bioscara.server.clients.peer import Peer
 
 CLIENTS = 200
 """Largest number of connections."""
@@ -26,7 +25,6 @@ _WORKERS = 2
 """Threads for commands that take longer, as planning; likewise for queries."""
 _TICK = 0.5
 """Period of the check of the socket and the lease [s]."""
-_CREDENTIALS = struct.Struct("3i")
 
 _log = logging.getLogger(__name__)
 
@@ -73,6 +71,7 @@ class ApiServer:
             self._server.close()
         for connection in list(self._connections):
             connection.hang_up()
+        self._sessions.close()
         for workers in self._workers:
             workers.shutdown(wait=False, cancel_futures=True)
 
@@ -93,17 +92,22 @@ class ApiServer:
             AccessError: Its user may not be a client.
             BusyOwnerError: There are too many clients.
         """
-        peer = transport.get_extra_info("socket")
-        credentials = peer.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
-        pid, uid, gid = _CREDENTIALS.unpack(credentials)
-        if not self._may(uid, gid):
-            raise AccessError(f"user {uid}, process {pid}, may not use arm {self._owner.name}")
-        if len(self._connections) >= CLIENTS:
-            raise BusyOwnerError(
-                f"process {pid} is refused: arm {self._owner.name} has {CLIENTS} clients already"
-            )
+        peer = Peer(transport.get_extra_info("socket"))
+        try:
+            if not self._may(peer.uid, peer.gid):
+                raise AccessError(
+                    f"user {peer.uid}, process {peer.pid}, may not use arm {self._owner.name}"
+                )
+            if len(self._connections) >= CLIENTS:
+                raise BusyOwnerError(
+                    f"process {peer.pid} is refused: arm {self._owner.name} has {CLIENTS} clients "
+                    "already"
+                )
+        except BioscaraError:
+            peer.close()
+            raise
         return Connection(
-            self._owner, self._sessions, self._instance, self._workers, self._connections
+            self._owner, self._sessions, self._instance, self._workers, self._connections, peer
         )
 
     def _may(self, uid: int, gid: int) -> bool:

@@ -24,6 +24,10 @@ class Client(Protocol):
     def connected(self) -> bool:
         """Whether its session has a connection."""
 
+    @property
+    def gone(self) -> bool:
+        """Whether its process has ended, and nothing more can come from it."""
+
     def send_record(self, goal: int, record: CycleRecord) -> None:
         """Send the record of a control cycle of its goal, unless it reads too slowly."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import select
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -26,6 +27,7 @@ from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.server.clients.arm_service import ArmService
 from bioscara.server.clients.client import Later
+from bioscara.server.clients.peer import Peer
 
 HELLO_TIMEOUT = 5.0
 """Time in which a client has to introduce itself [s]."""
@@ -99,6 +101,7 @@ class ClientSession:
         waiting: Connections that wait for an answer, by the number of its request.
         forgotten: Highest number of a request whose answer is not kept any more.
         connections: Its open connections, the newest last.
+        peer: The process that has made the newest; None before the first.
     """
 
     name: str
@@ -106,6 +109,25 @@ class ClientSession:
     waiting: dict[int, list[Callable[[Answer], None]]] = field(default_factory=dict)
     forgotten: int = 0
     connections: list[Connection] = field(default_factory=list)
+    peer: Peer | None = None
+
+    def connect(self, connection: Connection, peer: Peer) -> None:
+        """Add a connection, which this process has made."""
+        self.forget_peer()
+        self.connections.append(connection)
+        self.peer = peer
+
+    def forget_peer(self) -> None:
+        """Forget the process."""
+        if self.peer is not None:
+            self.peer.close()
+
+    @property
+    def gone(self) -> bool:
+        """Whether its process has ended, and no copy of a connection is open in another one."""
+        if self.peer is None or not self.peer.ended:
+            return False
+        return all(connection.hung_up for connection in self.connections)
 
     def answer(self, number: int, message: Answer) -> None:
         """Keep an answer, and give it to those that wait for it."""
@@ -169,8 +191,14 @@ class Sessions:
             if len(self._kept) <= SESSIONS:
                 break
             if oldest is not session and not oldest.connections:
+                oldest.forget_peer()
                 del self._kept[oldest.name]
         return session, known
+
+    def close(self) -> None:
+        """Forget the processes of all sessions."""
+        for session in self._kept.values():
+            session.forget_peer()
 
 
 class Connection(asyncio.Protocol):
@@ -182,6 +210,7 @@ class Connection(asyncio.Protocol):
         instance: Random name of this run of the owner.
         workers: Run longer requests.
         connections: All connections; this one adds and removes itself.
+        peer: The process at the other end.
 
     Attributes:
         session: Name of its session.
@@ -195,7 +224,9 @@ class Connection(asyncio.Protocol):
         instance: str,
         workers: Workers,
         connections: set[Connection],
+        peer: Peer,
     ) -> None:
+        self._peer = peer
         self._owner, self._sessions, self._instance = owner, sessions, instance
         self._workers, self._connections = workers, connections
         self._frames = framing.MessageSplitter(framing.HELLO_MAX)
@@ -215,6 +246,20 @@ class Connection(asyncio.Protocol):
         """Whether its session has a connection: this one, or one that was made after it."""
         return self._session is not None and bool(self._session.connections)
 
+    @property
+    def gone(self) -> bool:
+        """Whether the process of its session has ended, and nothing more can come from it."""
+        return self._session is not None and self._session.gone
+
+    @property
+    def hung_up(self) -> bool:
+        """Whether the other end is closed, also if its last bytes were not read yet."""
+        if self._transport is None or self._transport.is_closing():
+            return True
+        polled = select.poll()
+        polled.register(self._transport.get_extra_info("socket"), 0)
+        return any(event & select.POLLHUP for _, event in polled.poll(0))
+
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin: the client has to introduce itself soon."""
         assert isinstance(transport, asyncio.Transport)  # noqa: S101  of a stream server
@@ -227,10 +272,12 @@ class Connection(asyncio.Protocol):
         )
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  asyncio's form
-        """End: the lease stays until it lapses, as the client may connect again."""
+        """End: the lease stays until it lapses, as a client that lives may connect again."""
         self._connections.discard(self)
         self._transport = None
-        if self._session is not None:
+        if self._session is None:
+            self._peer.close()
+        else:
             self._session.connections.remove(self)
         if self._patience is not None:
             self._patience.cancel()
@@ -347,7 +394,7 @@ class Connection(asyncio.Protocol):
             self._patience.cancel()
         self.session, self.name = hello.session, printable(hello.client)
         self._session, resumed = self._sessions.take(hello.session)
-        self._session.connections.append(self)
+        self._session.connect(self, self._peer)
         welcome = m.Welcome(
             version=m.VERSION,
             owner=owner.name,

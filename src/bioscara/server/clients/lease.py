@@ -7,6 +7,7 @@ from collections.abc import Callable
 from bioscara.api.messages import LeaseValue
 from bioscara.arguments import number
 from bioscara.errors import InvalidArgumentError, LeaseError
+from bioscara.server.clients.client import Client
 
 SHORTEST, LONGEST = 0.2, 60.0
 """Range of the time to live [s]."""
@@ -31,6 +32,7 @@ class Lease:
         self._clock = clock
         self.epoch = 0
         self.holder = self.client = ""
+        self._client: Client | None = None
         self._time_to_live = self._until = 0.0
 
     @property
@@ -42,12 +44,11 @@ class Lease:
         """Return the lease as it is now."""
         return LeaseValue(self.client or None, self.epoch, self.remaining)
 
-    def acquire(self, session: str, client: str, time_to_live: float, *, force: bool) -> None:
+    def acquire(self, client: Client, time_to_live: float, *, force: bool) -> None:
         """Give the lease to a client; the one that holds it already gets a new epoch.
 
         Args:
-            session: Its session.
-            client: Its name.
+            client: The client.
             time_to_live: Time after which the lease lapses unless it is renewed [s].
             force: Whether to take it from another client.
 
@@ -60,13 +61,13 @@ class Lease:
             raise InvalidArgumentError(
                 f"time_to_live {time_to_live:g} s is outside {SHORTEST:g} .. {LONGEST:g} s"
             )
-        if self.holder and self.holder != session and not force:
+        if self.holder and self.holder != client.session and not force:
             raise LeaseError(
                 f"{self.client} commands the arm; wait until it has released it, or take it over",
                 self.client,
             )
         self.epoch += 1
-        self.holder, self.client = session, client
+        self.holder, self.client, self._client = client.session, client.name, client
         self._time_to_live = time_to_live
         self.renew()
 
@@ -94,13 +95,24 @@ class Lease:
             f"the lease {epoch} of this client has ended; acquire it again once the arm is safe"
         )
 
-    def lapsed(self) -> bool:
-        """Return whether it has just lapsed; it has no holder then."""
-        if self.holder and self._clock() >= self._until:
+    def lapsed(self) -> str:
+        """Return why it has just ended by itself, in words; it has no holder then.
+
+        Returns:
+            The reason; empty if it goes on, or has no holder.
+        """
+        if self._client is None:
+            return ""
+        name = self.client
+        if self._client.gone:
             self.end()
-            return True
-        return False
+            return f"{name} has ended, and its lease with it"
+        if self._clock() >= self._until:
+            self.end()
+            return f"the lease of {name} has lapsed"
+        return ""
 
     def end(self) -> None:
         """Remove the holder."""
         self.holder = self.client = ""
+        self._client = None

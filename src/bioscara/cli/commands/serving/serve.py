@@ -9,6 +9,7 @@ from bioscara.api.runtime import OwnerClaim
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.signals import StopRequest
 from bioscara.cli.teach_table import table_file
 from bioscara.errors import InvalidArgumentError
 from bioscara.robot import Robot
@@ -58,6 +59,8 @@ def run(options: Options) -> int:
         loop, ended = asyncio.get_running_loop(), asyncio.Event()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             loop.add_signal_handler(number, ended.set)
+        if early.requested:
+            ended.set()
         await serve(robot, settings, claim, ended, ready)
 
     try:
@@ -74,7 +77,8 @@ def run(options: Options) -> int:
             robot = Robot.connect(
                 options.bus, parameters, rate=options.rate, evidence=options.evidence
             )
-        with robot:
+        # Connecting reports to systemd that the service is ready: a signal may come from then on.
+        with StopRequest() as early, robot:
             asyncio.run(until_signal())
     finally:
         claim.close()

@@ -29,11 +29,22 @@ class LockedFolder:
     def __init__(self, prefix: str) -> None:
         _remove_left(prefix)
         self.path, self._lock = _locked(prefix)
+        self._process = os.getpid()
 
     def remove(self) -> None:
-        """Remove the folder with all that is in it; to be called once."""
-        shutil.rmtree(self.path, ignore_errors=True)
-        os.close(self._lock)
+        """Remove the folder with all that is in it; to be called once.
+
+        In a forked child, whose parent has the folder, nothing happens.
+        """
+        if os.getpid() == self._process:
+            shutil.rmtree(self.path, ignore_errors=True)
+            os.close(self._lock)
+
+    def __enter__(self) -> Path:
+        return self.path
+
+    def __exit__(self, *_: object) -> None:
+        self.remove()
 
 
 def _locked(prefix: str) -> tuple[Path, int]:

@@ -1,0 +1,68 @@
+"""The process at the other end of a local socket."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import struct
+
+_PEER_PIDFD = 77
+"""``SO_PEERPIDFD`` of Linux 6.5 and later, which Python does not name."""
+_CREDENTIALS = struct.Struct("3i")
+
+
+class Peer:
+    """The process that has made a connection, also after its end.
+
+    A process that was killed and not awaited by its parent yet still has a number, and a number may
+    be given to another process: a descriptor of the process (``pidfd_open(2)``) says surely whether
+    it has ended.
+
+    Args:
+        connection: A connected Unix socket.
+
+    Attributes:
+        pid: Number of the process; 0 if it cannot be seen from here, as in another container.
+        uid: Its user.
+        gid: The group of its user.
+    """
+
+    def __init__(self, connection: socket.socket) -> None:
+        credentials = connection.getsockopt(
+            socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size
+        )
+        self.pid, self.uid, self.gid = _CREDENTIALS.unpack(credentials)
+        self._ended = False
+        self._descriptor = _opened(connection, self.pid)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the process has ended, as far as that is known."""
+        if self._descriptor is not None:
+            polled = select.poll()
+            polled.register(self._descriptor, select.POLLIN)
+            if polled.poll(0):
+                self._ended = True
+                self.close()
+        return self._ended
+
+    def close(self) -> None:
+        """Forget the process; may be called again."""
+        descriptor, self._descriptor = self._descriptor, None
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def _opened(connection: socket.socket, pid: int) -> int | None:
+    """Return a descriptor of the process at the other end; None if there is none."""
+    try:
+        data = connection.getsockopt(socket.SOL_SOCKET, _PEER_PIDFD, struct.calcsize("i"))
+        return int(struct.unpack("i", data)[0])
+    except OSError:
+        pass
+    try:
+        return os.pidfd_open(pid)
+    except OSError:
+        # It has ended already, or cannot be seen: its lease lapses as that of a silent one.
+        return None

@@ -1,0 +1,174 @@
+"""How the arm comes to rest when a program ends that moves it, measured at the plant in real time.
+
+Run by hand it prints the table of docs/server.md: PYTHONPATH=tests python -m server.endings
+"""
+
+from __future__ import annotations
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bioscara.kinematics import Joints
+from bioscara.server.serve import Served
+from processes import environment, running, wait_for_line, wait_until
+from served import HALF, arm_served
+from simulated import NAMES, simulated_bus
+
+PROGRAM = Path(__file__).with_name("ended_client.py")
+INSIDE, OUTSIDE = "in a with", "outside of a with"
+BY_ITSELF = ("return", "exception", "sys.exit", "os._exit")
+"""Ways in which the program ends without a signal."""
+
+
+class Way(NamedTuple):
+    """A way to end a program.
+
+    Attributes:
+        name: Name in the table.
+        kind: Argument of the program.
+        number: Signal that it gets; None for a way without.
+        terminal: Whether its terminal is closed.
+    """
+
+    name: str
+    kind: str
+    number: signal.Signals | None = None
+    terminal: bool = False
+
+
+WAYS = (
+    *(Way(name, name) for name in BY_ITSELF),
+    Way("SIGTERM", INSIDE, signal.SIGTERM),
+    Way("SIGHUP", OUTSIDE, signal.SIGHUP),
+    Way("SIGINT in a `with`", INSIDE, signal.SIGINT),
+    Way("SIGINT outside of a `with`", OUTSIDE, signal.SIGINT),
+    Way("SIGKILL", OUTSIDE, signal.SIGKILL),
+    Way("closed terminal", INSIDE, terminal=True),
+)
+
+
+class Ending(NamedTuple):
+    """What the arm did when its program ended.
+
+    Attributes:
+        speed: Speed of the tool before [m/s].
+        begin: Time from the end of the program to the deceleration, below 95 % of that speed [s].
+        rest: Time from the end of the program to the rest [s].
+        way: Way of the tool in that time [m].
+    """
+
+    speed: float
+    begin: float
+    rest: float
+    way: float
+
+
+class Plant:
+    """A served arm whose true positions are recorded in real time, each cycle."""
+
+    def __init__(self, served: Served, position: Callable[[str], float]) -> None:
+        self.served = served
+        self._position = position
+        self._rows: list[tuple[float, ...]] = []
+        arm = served.robot.arm
+        arm.observers = (*arm.observers, self._record)
+
+    def _record(self, _: object) -> None:
+        self._rows.append((time.monotonic(), *map(self._position, NAMES)))
+
+    def _tool(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times [s] and the places of the tool [m]."""
+        rows, forward = np.array(self._rows), self.served.robot.kinematics.forward
+        return rows[:, 0], np.array([forward(Joints(*row))[:3] for row in rows[:, 1:]])
+
+    def measure(self, way: Way) -> Ending:
+        """Let a program move the arm and end; it has ended, and the arm is at rest."""
+        self._rows.clear()
+        moving = self.served.robot.arm.arbiter
+        with _program(way) as (process, terminal):
+            # At constant speed.
+            time.sleep(0.3)
+            end = _end(way, process, terminal)
+            # Not awaited before: its parent may take its time.
+            wait_until(lambda: not moving.running, "the arm is at rest")
+            time.sleep(0.3)
+            process.wait(10.0)
+        return _ending(*self._tool(), end)
+
+
+@contextmanager
+def plant() -> Iterator[Plant]:
+    """Serve an arm in real time."""
+    arm = simulated_bus(seed=2, homed=True, at=HALF).arm
+    with arm_served(speed=1.0, arm=arm) as served:
+        yield Plant(served, arm.position)
+
+
+@contextmanager
+def _program(way: Way) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """Run the program until the arm moves; with the near end of its terminal."""
+    near, far = pty.openpty() if way.terminal else (-1, -1)
+    words = (str(PROGRAM), way.kind, os.ttyname(far) if way.terminal else "")
+    with running(
+        *words, env=environment(), stdin=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as process:
+        wait_for_line(process, "moving")
+        if way.terminal:
+            os.close(far)
+        yield process, near
+
+
+def _end(way: Way, process: subprocess.Popen[str], terminal: int) -> float:
+    """End the program; return the time [s]."""
+    if way.kind in BY_ITSELF:
+        assert process.stdin
+        process.stdin.write("\n")
+        process.stdin.flush()
+        return float(wait_for_line(process, "ending").split()[1])
+    now = time.monotonic()
+    if way.number is None:
+        os.close(terminal)
+    else:
+        process.send_signal(way.number)
+    return now
+
+
+def _ending(times: np.ndarray, places: np.ndarray, end: float) -> Ending:
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(times)
+    # Over five cycles: the times of cycles vary, as the computer does other things, too.
+    speeds = np.convolve(speeds, np.ones(5) / 5.0, mode="same")
+    times = times[1:]
+    before = float(np.median(speeds[(times > end - 0.15) & (times <= end)]))
+    after = times > end
+    slower = times[after & (speeds < 0.95 * before)]
+    rest = times[speeds > 2e-3][-1]
+    moved = (times > end) & (times <= rest)
+    way = float(np.sum(np.linalg.norm(np.diff(places, axis=0), axis=1)[moved]))
+    return Ending(before, float(slower[0] - end), float(rest - end), way)
+
+
+def main() -> None:
+    lines = ["| the program ends by | decelerates after | at rest after | way of the tool |"]
+    lines.append("| --- | --- | --- | --- |")
+    with plant() as arm:
+        for way in WAYS:
+            found = arm.measure(way)
+            lines.append(
+                f"| {way.name} | {1e3 * found.begin:.0f} ms | {1e3 * found.rest:.0f} ms "
+                f"| {1e3 * found.way:.0f} mm |"
+            )
+    sys.stdout.write("\n".join([*lines, ""]))
+
+
+if __name__ == "__main__":
+    main()

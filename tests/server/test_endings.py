@@ -1,0 +1,170 @@
+"""However a program ends, the arm that it moves comes to rest at once, and the next may begin."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from bioscara.errors import BusyError, LeaseError, NotInitializedError
+from bioscara.remote import RemoteRobot
+from processes import environment, wait_for_line
+from served import NAME, eventually
+from server.endings import PROGRAM, WAYS, Plant, Way, plant
+
+pytestmark = pytest.mark.realtime
+
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture(scope="module")
+def arm() -> Iterator[Plant]:
+    with plant() as served:
+        yield served
+
+
+@pytest.mark.parametrize("way", WAYS, ids=lambda way: way.name)
+def test_the_arm_decelerates_within_100_ms_however_its_program_ends(arm: Plant, way: Way) -> None:
+    ending = arm.measure(way)
+    assert ending.speed > 0.2
+    assert ending.begin < 0.1, ending
+    assert ending.way < 0.06, ending
+    robot = arm.served.robot
+    assert (robot.faults, robot.is_enabled) == ((), True)
+    assert not arm.served.owner.lease.holder
+
+
+def moving(start: Start, kind: str = "outside of a with") -> subprocess.Popen[str]:
+    process = start(
+        str(PROGRAM), kind, "", env=environment(), stdin=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    wait_for_line(process, "moving")
+    return process
+
+
+def kill(process: subprocess.Popen[str]) -> None:
+    """Kill a program, and return when it is dead and its parent has not awaited it yet."""
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+
+
+def test_the_next_program_begins_at_once_and_its_first_command_waits_for_the_rest(
+    start: Start, arm: Plant
+) -> None:
+    with RemoteRobot(NAME) as robot:
+        process = moving(start)
+        with pytest.raises(LeaseError, match=str(process.pid)):
+            robot.acquire_lease(timeout=0.1)
+        kill(process)
+        here = arm.served.robot.state.positions
+        assert arm.served.robot.is_moving
+        robot.move_joints(here)
+        end = robot.state.positions
+        assert end == pytest.approx(here, abs=5e-3)
+
+
+def test_a_program_waits_for_the_lease_of_another_one(start: Start, arm: Plant) -> None:
+    with RemoteRobot(NAME) as robot:
+        process = moving(start, "return")
+        assert process.stdin
+        process.stdin.write("\n")
+        process.stdin.flush()
+        robot.acquire_lease(timeout=20.0)
+        robot.move_joints(robot.state.positions)
+        assert arm.served.owner.lease.holder
+
+
+FINISHING = """
+import sys
+from bioscara.api import messages as m
+from served import RawClient
+
+with RawClient("finishing") as client:
+    epoch = client.acquire()
+    task = m.MoveJoints(goal=tuple(map(float, sys.argv[1:])), velocity_scaling=0.05)
+    client.request(m.Start(task=task, on_lease_loss="finish"), epoch)
+    print("begun", flush=True)
+    sys.stdin.readline()
+"""
+
+
+def test_a_goal_that_may_finish_is_not_stopped_and_not_waited_for(start: Start, arm: Plant) -> None:
+    first, *others = arm.served.robot.state.positions
+    goal = map(str, (0.0 if abs(first) > 0.5 else 0.8, *others))
+    program = start("-c", FINISHING, *goal, env=environment(), stdin=subprocess.PIPE)
+    wait_for_line(program, "begun")
+    kill(program)
+    with RemoteRobot(NAME) as robot:
+        begin = time.monotonic()
+        with pytest.raises(BusyError):
+            robot.move_joints(robot.state.positions)
+        assert time.monotonic() - begin < 5.0
+        assert arm.served.owner.goals.running
+        robot.stop()
+        eventually(lambda: not robot.is_moving)
+
+
+FORKING = """
+import os, sys, time
+from bioscara import BioscaraError, Robot
+from served import NAME
+
+robot = Robot.connect(f"arm:{NAME}").open()
+first, *others = robot.state.positions
+motion = robot.move_joints(
+    (-1.2 if first > 0.0 else 1.2, *others), velocity_scaling=0.2, wait=False
+)
+if os.fork() == 0:
+    calls = [
+        lambda: robot.state, robot.stop, robot.home, robot.open, robot.acquire_lease, motion.wait,
+        motion.cancel, robot.gripper.open, lambda: robot.is_moving, robot.shutdown, motion.pause,
+    ]
+    for call in calls:
+        try:
+            call()
+        except BioscaraError as error:
+            print(type(error).__name__, os.getppid(), error, flush=True)
+    with robot if sys.argv[1] == "with" else open("/dev/null"):
+        pass
+    print("child", flush=True)
+    if sys.argv[1] == "lives":
+        time.sleep(60.0)
+    sys.exit()
+if sys.argv[1] != "lives":
+    os.wait()
+print("forked", motion.done, flush=True)
+time.sleep(60.0)
+"""
+
+
+@pytest.mark.parametrize("how", ["ends", "with", "lives"])
+def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
+    start: Start, arm: Plant, how: str
+) -> None:
+    program = start("-c", FORKING, how, env=environment())
+    for _ in range(11):
+        line = wait_for_line(program, NotInitializedError.__name__)
+        assert f"belongs to process {program.pid}, from which this one was forked" in line
+    wait_for_line(program, "child" if how == "lives" else "forked False")
+    # Neither the end of the child, nor its end of the block, has stopped the motion.
+    goals = arm.served.owner.goals
+    assert goals.running
+    assert arm.served.owner.lease.holder
+    kill(program)
+    # Also while the child lives.
+    eventually(lambda: not goals.running, 1.0, "the arm is at rest")
+
+
+def test_the_end_of_a_program_is_told_apart_from_its_silence(start: Start, arm: Plant) -> None:
+    last = arm.served.owner.events.last
+    program = moving(start)
+    kill(program)
+    eventually(lambda: not arm.served.owner.goals.running, 1.0)
+    texts = []
+    while (event := arm.served.owner.events.after(last)) is not None:
+        last = event.number
+        texts.append(event.text)
+    assert any(f"[{program.pid}] has ended, and its lease with it" in text for text in texts)
