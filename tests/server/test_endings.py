@@ -108,16 +108,18 @@ def test_a_goal_that_may_finish_is_not_stopped_and_not_waited_for(start: Start, 
 
 
 FORKING = """
-import os, sys, time
+import os, signal, sys, time
 from bioscara import BioscaraError, Robot
 from served import NAME
 
+signal.alarm(20)
 robot = Robot.connect(f"arm:{NAME}").open()
 first, *others = robot.state.positions
 motion = robot.move_joints(
     (-1.2 if first > 0.0 else 1.2, *others), velocity_scaling=0.2, wait=False
 )
 if os.fork() == 0:
+    signal.alarm(10)
     calls = [
         lambda: robot.state, robot.stop, robot.home, robot.open, robot.acquire_lease, motion.wait,
         motion.cancel, robot.gripper.open, lambda: robot.is_moving, robot.shutdown, motion.pause,
