@@ -40,6 +40,7 @@
     ├── SwitchError                   loading, configuring or switching controllers was refused
     ├── GoalAbortedError              an accepted goal did not reach its end
     ├── FaultedError                  the arm is stopped by an unacknowledged fault
+    ├── UnconfirmedError              the surroundings are those of the owner's last run
     ├── BusyError                     another call is using the arm
     ├── MotionTimeoutError            a motion took longer than it may
     ├── MotionCancelledError          a motion was cancelled
@@ -553,6 +554,20 @@ class FaultedError(BioscaraError):
     """A fault is latched: acknowledge and recover it before the arm moves again."""
 
     code = -270
+
+
+class UnconfirmedError(BioscaraError):
+    """The surroundings are those of the owner's last run: a person has to look whether they hold.
+
+    Attributes:
+        what: What is not confirmed, in words.
+    """
+
+    code = -274
+
+    def __init__(self, message: str, what: str = "") -> None:
+        self.what = what
+        super().__init__(message)
 
 
 class RecordingError(BioscaraError):

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from bioscara import Robot
 from bioscara.web.access.scopes import Scope
+from bioscara.web.gateway import Gateway, GatewaySettings
 from dashboard.rig import Site, command, open_page, wait_for_state
 from processes import wait_until
+from served import NAME, arm_served
+from web.gateways import running_gateway
 
 pytestmark = pytest.mark.realtime
 
@@ -61,6 +68,35 @@ def simulate(page: Page, fault: str, joint: str, value: float = 1.0) -> None:
         "async (task) => bioscara.ended((await bioscara.start(task)).goal)",
         {"kind": "simulate_fault", "fault": fault, "joint": joint, "value": value},
     )
+
+
+BENCH = """{"version": 1, "tool": "fingers", "load": null, "held": null, "scene": {"zones": [
+    {"kind": "box", "zone": {"name": "reader", "lower": [0.2, -0.4, 0.0], "upper": [0.3, -0.3, 1]}}
+]}}"""
+
+
+def test_the_bench_of_the_last_owner_is_confirmed_on_the_page(
+    browser: Browser, tmp_path: Path
+) -> None:
+    bench = tmp_path / "bench.json"
+    bench.write_text(BENCH)
+    with (
+        arm_served(speed=1.0, bench=bench) as served,
+        running_gateway(Gateway(GatewaySettings(NAME, port=0))) as gateway,
+        Robot.connect(f"arm:{NAME}") as robot,
+    ):
+        looking: Any = robot
+        own = Site(gateway.url, str(gateway.token_file), tmp_path, looking, os.getpid())
+        context = browser.new_context(viewport={"width": 1440, "height": 900})
+        page = open_page(context, own)
+        strip = page.locator("#unconfirmed .strip")
+        expect(strip).to_contain_text("the scene (reader; no table): known from the last run")
+        command(page)
+        strip.get_by_role("button", name="Confirm").click()
+        expect(strip).to_have_count(0)
+        assert served.robot.arm.workspace.unconfirmed == frozenset()
+        assert page.errors == []  # type: ignore[attr-defined]
+        context.close()
 
 
 def take(page: Page, step: str) -> None:

@@ -444,8 +444,9 @@ def test_a_callback_of_the_connection_cannot_wait_for_it(robot: Any) -> None:
             raised.append(error)
         raise ZeroDivisionError("of the callback")
 
-    operation.when_done(look)
+    # It calls it itself where the motion has ended before.
     with suppress(ZeroDivisionError):
+        operation.when_done(look)
         operation.result(10.0)
     robot.move_relative(z=-0.001)
     assert all(isinstance(error, BusyError) for error in raised)

@@ -569,6 +569,10 @@ class DetachTask(WorkspaceChange, frozen=True, kw_only=True, tag="detach"):
     """Declare that the tool carries nothing."""
 
 
+class ConfirmScene(WorkspaceChange, frozen=True, kw_only=True, tag="confirm_scene"):
+    """Declare that scene, tool and load, which are those of the owner's last run, still hold."""
+
+
 class SimulateFault(Task, frozen=True, tag="simulate_fault"):
     """Let a simulated arm fail; refused on a real one.
 
@@ -612,6 +616,7 @@ AnyTask = (
     | SetReducedSpeed
     | AttachTask
     | DetachTask
+    | ConfirmScene
     | SimulateFault
 )
 
@@ -1400,6 +1405,8 @@ class WorkspaceState(Result, frozen=True, kw_only=True, tag="workspace_state"):
         reduced_speed: Whether the tool keeps to 250 mm/s.
         load: The carried load, or null.
         widths: Smallest and largest width that the jaws may have.
+        unconfirmed: What is from the owner's last run and not confirmed, in words; motions are
+            refused until then, except jogs.
     """
 
     revision: int
@@ -1409,6 +1416,7 @@ class WorkspaceState(Result, frozen=True, kw_only=True, tag="workspace_state"):
     reduced_speed: bool
     load: Load | None
     widths: tuple[float, float]
+    unconfirmed: tuple[str, ...] = ()
 
 
 class SimulatedFaultValue(Value, frozen=True):

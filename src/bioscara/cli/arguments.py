@@ -441,6 +441,9 @@ def _add_serve_command(commands: Parser) -> None:
         help="folder for the flight records of faults (default: faults)",
     )
     _add_table(serve, "file with the poses, in which those that clients teach are saved")
+    _add_scene(
+        serve, "file with the zones and the table, in which those that clients set are saved"
+    )
     serve.add_argument("--json", action="store_true", help="write the log as JSON")
     serve.add_argument(
         "--seed", metavar="N", type=whole_number, default=0, help="seed of the simulation"

@@ -510,6 +510,10 @@ class RemoteRobot:
         """Declare that the tool carries nothing; errors as ``Robot.detach``."""
         self._do(m.DetachTask())
 
+    def confirm_scene(self) -> None:
+        """Declare that scene, tool and load are as the arm has them; as ``Robot.confirm_scene``."""
+        self._do(m.ConfirmScene())
+
     def stop(self) -> None:
         """Stop all motion of all programs on its path, and end a pause; needs no lease."""
         self._ask(m.StopAll(), m.Done)

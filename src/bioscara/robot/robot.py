@@ -519,6 +519,17 @@ class Robot:
         """
         self._arm.execute(ChangeWorkspace("detach()", Workspace.without_load))
 
+    def confirm_scene(self) -> None:
+        """Declare that scene, tool and load are as the arm has them; nothing moves.
+
+        Those of the last run of an owner that was started again are not confirmed: until then
+        the arm only jogs. Does nothing for others.
+
+        Raises:
+            BusyError: The arm or the jaws move.
+        """
+        self._arm.execute(ChangeWorkspace("confirm_scene()", Workspace.confirmed))
+
     def _change(self, what: str, change: Callable[[Workspace], Workspace]) -> None:
         self._arm.execute(ChangeWorkspace(f"setting {what}", change))
 

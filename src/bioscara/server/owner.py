@@ -31,11 +31,13 @@ from bioscara.robot.operations.operation import Operation, Status
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
+from bioscara.server.bench_file import BenchFile
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.clients.events import Events
 from bioscara.server.clients.lease import Lease
 from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
+from bioscara.server.kept_files import scene_file, table_file
 from bioscara.server.overlay_file import OverlayFile
 from bioscara.server.simulation import Simulation
 from bioscara.server.state.history import StateHistory
@@ -50,7 +52,6 @@ from bioscara.server.state.queries import (
     workspace_state,
 )
 from bioscara.server.state.sampling import Sampler
-from bioscara.server.table_file import TableFile
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.task_operations import TaskOperations, make_plan
@@ -85,6 +86,9 @@ class Owner:
         overlay: The file with the values in which this arm differs; None if there is none.
         evidence: Folder of the flight records.
         table: The file with the poses; None if they are not kept.
+        scene: The file with the zones and the table; None if there is none.
+        bench: The file in which the next owner finds the scene, the tool and the load of this one;
+            None if they are not kept.
         clock: Returns the time [s].
 
     Attributes:
@@ -99,7 +103,8 @@ class Owner:
         changed: Called with True when there is a new sample, with False when there is a new event.
 
     Raises:
-        ConfigurationError: The file with the poses cannot be read.
+        ConfigurationError: The file with the poses, that with the zones, or what the last owner
+            has left cannot be read.
     """
 
     def __init__(
@@ -112,6 +117,8 @@ class Owner:
         overlay: Path | None,
         evidence: Path,
         table: Path | None = None,
+        scene: Path | None = None,
+        bench: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.robot, self.name, self._arm, self._post = robot, name, robot.arm, post
@@ -124,9 +131,11 @@ class Owner:
         self._plans: OrderedDict[int, Plan] = OrderedDict()
         self._last_plan = 0
         self._uploads = Uploads()
-        table_file = TableFile(table, robot.table.fingers)
-        if (taught := table_file.read()) is not None:
+        poses, zones = table_file(table, robot.table.fingers), scene_file(scene)
+        if (taught := poses.read()) is not None:
             robot.table = taught
+        self._bench = BenchFile(bench)
+        self._bench.restore(self._arm, zones.read())
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
         self._tasks = TaskOperations(
@@ -135,7 +144,8 @@ class Owner:
             self._uploads,
             self._current_revision,
             self._conflict,
-            table_file,
+            poses,
+            zones,
         )
         self._stops = 0
         self._stopper, self._stopped = "", clock()
@@ -203,6 +213,9 @@ class Owner:
         self._history = StateHistory(self.sample.names, stack.loop.rate)
         self._arm.observers = (*self._arm.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
+        if self._arm.workspace.unconfirmed:
+            words = " and ".join(self._arm.workspace.unconfirmed_words())
+            self._event("unconfirmed", f"not confirmed since the owner was started: {words}")
 
     @property
     def description(self) -> str:
@@ -287,6 +300,7 @@ class Owner:
                 self._activity = activity
                 self._event("controllers", "controllers or hardware components changed their state")
         self._current_revision()
+        self._bench.keep(self._arm)
 
     def _report_faults(self) -> None:
         faults = self.robot.faults
@@ -319,7 +333,7 @@ class Owner:
         self.events.add(what, text, client, **details)
         if what in _AFTER_A_STOP:
             self._stopper = ""
-        level = logging.WARNING if what in {"fault", "warning"} else logging.INFO
+        level = logging.WARNING if what in {"fault", "warning", "unconfirmed"} else logging.INFO
         _log.log(level, "%s: %s", what, text)
         self.changed(False)
 
@@ -577,7 +591,10 @@ class Owner:
 
     def _content(self) -> tuple[object, ...]:
         space: Workspace = self._arm.workspace
-        return space.scene, space.table, space.tool, space.reduced_speed, space.load
+        return (
+            *(space.scene, space.table, space.tool, space.reduced_speed, space.load),
+            space.unconfirmed,
+        )
 
     def _current_revision(self) -> int:
         """Return the number of the present workspace; called by any thread."""

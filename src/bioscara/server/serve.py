@@ -33,6 +33,9 @@ class ServeSettings:
         overlay: File with the values in which this arm differs; None if there is none.
         evidence: Folder of the flight records.
         table: File with the poses, tools and frames; None if those of clients are not kept.
+        scene: File with the zones and the table; None if there is none.
+        bench: File in which the next owner finds the scene, the tool and the load; None if they are
+            not kept.
         group: Group whose members may be clients; empty for this user alone.
         gateways: Words of ``bioscara`` that run each of its gateways.
         priority: Real-time priority of the control loop; None for none.
@@ -44,6 +47,8 @@ class ServeSettings:
     overlay: Path | None = None
     evidence: Path = FAULTS
     table: Path | None = None
+    scene: Path | None = None
+    bench: Path | None = None
     group: str = ""
     gateways: Sequence[tuple[str, ...]] = ()
     priority: int | None = None
@@ -90,6 +95,8 @@ async def serve(
         overlay=settings.overlay,
         evidence=settings.evidence,
         table=settings.table,
+        scene=settings.scene,
+        bench=settings.bench,
     )
     robot.watch(priority=settings.priority, speed=settings.speed)
     server = ApiServer(owner, claim, settings.group)

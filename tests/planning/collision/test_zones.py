@@ -18,7 +18,7 @@ from bioscara.planning.collision.arm_bodies import GRIPPER
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.scene_pairs import LINKS
 from bioscara.planning.collision.shapes import Prism
-from bioscara.planning.files.scene_file import read_scene
+from bioscara.planning.files.scene_file import read_scene, save_scene
 from bioscara.planning.trajectory.trajectory import Trajectory
 from laws import examples
 from planning.limits import LIMITS, NAMES
@@ -301,6 +301,18 @@ def test_a_scene_is_read(tmp_path: Path) -> None:
     empty = GOOD[: GOOD.index("zones:")].replace("0.0\n", "null\n", 1) + "zones: []\n"
     assert read_scene(written(tmp_path, empty)) == Scene()
     assert read_scene(str(written(tmp_path, empty))) == Scene()
+
+
+@given(st.integers(0, 2**32 - 1), st.text(st.characters(categories=["L", "P", "S"]), min_size=1))
+def test_every_scene_is_read_as_it_was_saved(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, name: str
+) -> None:
+    path = tmp_path_factory.mktemp("scenes") / "scene.yaml"
+    scene = random_scene(np.random.default_rng(seed))
+    first, *others = scene.zones or (Box("first", (0.0, 0.0, 0.0), (0.1, 0.1, 0.1)),)
+    named = replace(scene, zones=(replace(first, name=f"x{name}"[:90]), *others), mounted=GRIPPER)
+    save_scene(path, named)
+    assert read_scene(path) == replace(named, widths=Scene().widths)
 
 
 @pytest.mark.parametrize(

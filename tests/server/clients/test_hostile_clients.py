@@ -542,6 +542,7 @@ def test_a_user_cannot_serve_for_a_group_of_others(monkeypatch: pytest.MonkeyPat
     with tempfile.TemporaryDirectory() as folder:
         os.chown(folder, OTHER_USER, OTHER_USER)
         monkeypatch.setenv(VARIABLE, folder)
+        monkeypatch.setenv("XDG_STATE_HOME", folder)
         serve = said("serve", "--bus", "sim", "--group", grp.getgrgid(0).gr_name)
         refused = as_user(OTHER_USER, OTHER_USER, serve)
     assert refused.startswith(f"2 bioscara: {folder} cannot be given to the group"), refused

@@ -4,7 +4,7 @@ export type FromClient = ClientHello | ClientRequest | Received;
 
 export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SetSimulationSpeed | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
-export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | SimulateFault;
+export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | ConfirmScene | SimulateFault;
 
 export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold;
 
@@ -122,6 +122,11 @@ export interface ComponentValue {
 export interface ConfigureController {
   kind: "configure_controller";
   name: string;
+}
+
+export interface ConfirmScene {
+  kind: "confirm_scene";
+  revision?: number | null;
 }
 
 export interface ControllerGoal {
@@ -964,7 +969,7 @@ export interface SimulationState {
 
 export interface Start {
   kind: "start";
-  task: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | SimulateFault;
+  task: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | ConfirmScene | SimulateFault;
   timeout?: number | null;
   on_lease_loss?: "finish" | "stop";
   records?: boolean;
@@ -1146,4 +1151,5 @@ export interface WorkspaceState {
   reduced_speed: boolean;
   load: Load | null;
   widths: [number, number];
+  unconfirmed: string[];
 }

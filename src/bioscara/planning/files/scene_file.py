@@ -10,6 +10,7 @@ zones:
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
@@ -28,8 +29,10 @@ from bioscara.model.validation import (
     Within,
 )
 from bioscara.model.yaml_file import YamlFile
+from bioscara.planning.collision.arm_bodies import GRIPPER
 from bioscara.planning.collision.margins import MARGINS
 from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene
+from bioscara.whole_files import replacing
 
 VERSION = 1
 """Version of the format that is read."""
@@ -116,3 +119,50 @@ def read_scene(path: Path | str) -> Scene:
         except ConfigurationError as error:
             raise ConfigurationError(f"{file.place(('zones', index))}{error}") from error
     return Scene(tuple(zones), scene.table_height, scene.margin)
+
+
+def save_scene(path: Path, scene: Scene) -> None:
+    """Write a scene to a file atomically: it then holds the whole scene or its former content.
+
+    Args:
+        path: The file; if it is a link, its target is written.
+        scene: The scene; the widths of the gripper are not written.
+
+    Raises:
+        ConfigurationError: The file cannot be written, or the scene has bodies that the wrist
+            carries, which the format does not have.
+    """
+    if scene.mounted != GRIPPER:
+        raise ConfigurationError(
+            f"{path}: a scene file has no bodies that the wrist carries, as this scene has; use "
+            "another file, or a Load"
+        )
+    try:
+        with replacing(path) as partial:
+            partial.write_text(_text(scene), encoding="utf-8")
+    except OSError as error:
+        raise ConfigurationError(
+            f"{path}: the scene cannot be saved ({error.strerror or error}); name another file"
+        ) from error
+
+
+def _text(scene: Scene) -> str:
+    # JSON is YAML, in which a name or a number needs no other rule.
+    zones = [f"  - {json.dumps(_values(zone), ensure_ascii=False)}" for zone in scene.zones]
+    lines = [
+        f"version: {VERSION}",
+        f"table_height: {json.dumps(scene.table_height)}",
+        f"margin: {json.dumps(scene.margin)}",
+        *(["zones:", *zones] if zones else ["zones: []"]),
+    ]
+    return "\n".join([*lines, ""])
+
+
+def _values(zone: Box | Cylinder) -> dict[str, object]:
+    kept = {"name": zone.name, "keep": "in" if zone.keep_in else "out"}
+    if isinstance(zone, Box):
+        shape = {"shape": "box", "lower": zone.lower, "upper": zone.upper, "yaw": zone.yaw}
+    else:
+        sizes = ("x", "y", "radius", "low", "high")
+        shape = {"shape": "cylinder", **{name: getattr(zone, name) for name in sizes}}
+    return {**kept, **shape, **({"links": zone.links} if zone.links else {})}

@@ -85,6 +85,8 @@ class Operation(ABC, Generic[T]):
     """
 
     devices: frozenset[Device] = ARM
+    _needs_confirmed_scene = False
+    """Whether it moves something by itself, and not by a person's hand as a jog."""
 
     def __init__(
         self, name: str, *, timeout: float | None = None, on_cycle: OnCycle | None = None
@@ -139,6 +141,8 @@ class Operation(ABC, Generic[T]):
             arm.arbiter.take(self.claim)
             if admit is not None:
                 admit()
+            if self._needs_confirmed_scene:
+                arm.workspace.require_confirmed(self.name)
             self.prepare(arm)
             if self._on_cycle is not None:
                 self._recorder = CycleRecorder(arm.stack, arm.session.begin)

@@ -14,6 +14,9 @@ class JawWidths:
     Args:
         hardware: The hardware component of the gripper.
         parameters: Parameters of the gripper.
+
+    Attributes:
+        held: Width of the object between the jaws [m]; None if they hold none.
     """
 
     def __init__(self, hardware: GripperHardware, parameters: GripperParameters) -> None:
@@ -21,6 +24,7 @@ class JawWidths:
         self._full = parameters.lower, parameters.upper
         self._travel: tuple[float, float] | None = None
         self._announced: float | None = None
+        self.held: float | None = None
 
     @property
     def commanded(self) -> float:
@@ -38,7 +42,8 @@ class JawWidths:
         commanded = self.commanded
         if math.isnan(commanded):
             return self._full
-        return self._travel or (commanded, commanded)
+        held = commanded if self.held is None else self.held
+        return self._travel or (commanded, max(commanded, held))
 
     def announce(self, width: float) -> None:
         """Extend the range by a width to which the jaws will move [m]."""
@@ -52,11 +57,11 @@ class JawWidths:
         """Extend the range by a width to which the jaws begin to move [m]."""
         low, high = self.present()
         self._travel = min(low, width), max(high, width)
-        self._announced = None
+        self._announced = self.held = None
 
     def hold(self, width: float) -> None:
         """Let the range be from the commanded width to that of an object between the jaws [m]."""
-        self._travel = self.commanded, max(self.commanded, width)
+        self._travel, self.held = None, width
 
     def end_travel(self) -> None:
         """Reduce the range to the commanded width, which the jaws have reached."""

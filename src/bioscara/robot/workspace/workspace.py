@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any
 
 from bioscara.arguments import flag, shown
-from bioscara.errors import InvalidArgumentError, LifecycleError
+from bioscara.errors import InvalidArgumentError, LifecycleError, UnconfirmedError
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.model.parameters import JERK_TIME
@@ -15,6 +17,14 @@ from bioscara.planning.motions.tool_speed import highest_commanded
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
+
+
+class WorkspacePart(Enum):
+    """A part of the workspace that only a person can see."""
+
+    SCENE = "scene"
+    TOOL = "tool"
+    LOAD = "load"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +42,8 @@ class Workspace:
         surroundings: The scene with the load, and with the widths that the gripper may have now.
         reduced_speed: Whether the tool and its load keep to 250 mm/s.
         load: The carried load, or None.
+        unconfirmed: Parts that are those of the owner's last run, by which name they are known:
+            they are checked against, but may be wrong.
     """
 
     parameters: ArmParameters
@@ -42,6 +54,7 @@ class Workspace:
     surroundings: Scene
     reduced_speed: bool = True
     load: Load | None = None
+    unconfirmed: frozenset[WorkspacePart] = frozenset()
 
     @classmethod
     def of(cls, parameters: ArmParameters, *, reduced_speed: bool = True) -> Workspace:
@@ -118,7 +131,7 @@ class Workspace:
             )
         if self.load is not None:
             raise LifecycleError(f"the tool carries {self.load.name}; detach() it first")
-        return _arranged(replace(self, tool=found), self.widths)
+        return _arranged(self._confirmed(WorkspacePart.TOOL, tool=found), self.widths)
 
     def with_scene(self, scene: Scene) -> Workspace:
         """Return the workspace with other surroundings.
@@ -128,7 +141,7 @@ class Workspace:
         """
         if not isinstance(scene, Scene):
             raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
-        return _arranged(replace(self, scene=scene), self.widths)
+        return _arranged(self._confirmed(WorkspacePart.SCENE, scene=scene), self.widths)
 
     def with_load(self, load: Load) -> Workspace:
         """Return the workspace in which the tool carries a load.
@@ -141,7 +154,7 @@ class Workspace:
             raise InvalidArgumentError(f"the load is {shown(load)}; give Load(name, shape)")
         if self.load is not None:
             raise LifecycleError(f"the tool carries {self.load.name} already; detach() it first")
-        return _arranged(replace(self, load=load), self.widths)
+        return _arranged(self._confirmed(WorkspacePart.LOAD, load=load), self.widths)
 
     def without_load(self) -> Workspace:
         """Return the workspace in which the tool carries nothing.
@@ -151,11 +164,62 @@ class Workspace:
         """
         if self.load is None:
             raise LifecycleError("the tool carries no load; attach(load) declares one")
-        return _arranged(replace(self, load=None), self.widths)
+        return _arranged(self._confirmed(WorkspacePart.LOAD, load=None), self.widths)
 
     def with_reduced_speed(self, reduced_speed: bool) -> Workspace:
-        """Return the workspace with or without the limit of 250 mm/s."""
-        return replace(self, reduced_speed=flag("reduced_speed", reduced_speed))
+        """Return the workspace with or without the limit of 250 mm/s.
+
+        Raises:
+            UnconfirmedError: Without it, and a part of the workspace is not confirmed.
+        """
+        if not flag("reduced_speed", reduced_speed):
+            self.require_confirmed("full speed")
+        return replace(self, reduced_speed=reduced_speed)
+
+    def confirmed(self) -> Workspace:
+        """Return the workspace in which a person has confirmed all parts."""
+        return replace(self, unconfirmed=frozenset())
+
+    def _confirmed(self, part: WorkspacePart, **changes: Any) -> Workspace:
+        """Return the workspace with a part that somebody has declared now."""
+        return replace(self, unconfirmed=self.unconfirmed - {part}, **changes)
+
+    def unconfirmed_words(self) -> tuple[str, ...]:
+        """Return the parts that are not confirmed, in words."""
+        height = self.scene.table_height
+        zones = ", ".join(zone.name for zone in self.scene.zones) or "no zones"
+        table = "no table" if height is None else f"a table at z = {height:g} m"
+        words = {
+            WorkspacePart.SCENE: f"the scene ({zones}; {table})",
+            WorkspacePart.TOOL: f"the tool {self.tool.name}",
+            WorkspacePart.LOAD: f"the load {self.load.name}"
+            if self.load is not None
+            else "the load",
+        }
+        return tuple(words[part] for part in WorkspacePart if part in self.unconfirmed)
+
+    def require_confirmed(self, name: str) -> None:
+        """Raise unless all parts are confirmed.
+
+        Args:
+            name: What needs that, for the message.
+
+        Raises:
+            UnconfirmedError: A part is not.
+        """
+        if not self.unconfirmed:
+            return
+        words = self.unconfirmed_words()
+        what = " and ".join(words)
+        detach = (
+            ", or detach() a load that is gone" if WorkspacePart.LOAD in self.unconfirmed else ""
+        )
+        raise UnconfirmedError(
+            f"{name}: {what} {'are' if len(words) > 1 else 'is'} from the owner's "
+            "last run; look whether that still holds, then confirm_scene(), or set another one"
+            f"{detach}; until then the arm only jogs, at reduced speed",
+            what,
+        )
 
     @property
     def widths(self) -> tuple[float, float]:

@@ -30,6 +30,7 @@ def workspace_state(arm: Arm, revision: int) -> m.WorkspaceState:
         reduced_speed=space.reduced_speed,
         load=space.load,
         widths=space.widths,
+        unconfirmed=space.unconfirmed_words(),
     )
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from bioscara.api import messages as m
 from bioscara.api.values import scene_of
 from bioscara.errors import ConflictError, InvalidArgumentError, NotSupportedError
+from bioscara.planning.collision.scene import Scene
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
@@ -22,11 +23,14 @@ from bioscara.robot.operations.motions.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import Cycles, OnCycle, Operation
 from bioscara.robot.operations.power import Disable, DisableGripper, Enable, EnableGripper
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
+from bioscara.server.kept_files import KeptFile
 from bioscara.server.simulation import simulate
-from bioscara.server.table_file import TableFile
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.uploads import Uploads
+
+T = TypeVar("T")
 
 _Limits = dict[str, Any]
 """Arguments that the operations of motions have in common."""
@@ -45,6 +49,7 @@ class TaskOperations:
         revision: Returns the number of the present workspace.
         conflict: Returns the error for a change of another workspace than the present one.
         table: The file with the poses.
+        scene: The file with the zones.
     """
 
     def __init__(
@@ -54,9 +59,10 @@ class TaskOperations:
         uploads: Uploads,
         revision: Callable[[], int],
         conflict: Callable[[int], Exception],
-        table: TableFile,
+        table: KeptFile[TeachTable],
+        scene: KeptFile[Scene],
     ) -> None:
-        self._table = table
+        self._table, self._scene = table, scene
         self._arm, self._plans, self._uploads = arm, plans, uploads
         self._revision, self._conflict = revision, conflict
         self._makers: dict[type[m.Task], Callable[[Any, _Limits], Operation[Any]]] = {
@@ -148,39 +154,64 @@ class TaskOperations:
         if isinstance(task, m.AttachTask):
             return _CheckedAttach(task, apply)
         if isinstance(task, m.SetTable) and task.save:
-            return _SavedTable(task, apply, self._table, self._revision)
-        name = "detach()" if isinstance(task, m.DetachTask) else name_of(task).replace("set_", "")
-        return ChangeWorkspace(name if name.endswith(")") else f"setting {name}", apply)
+            table = _Kept("the poses", self._table, task.table, Workspace.with_table)
+            return _SavedChange("setting table", apply, table, self._revision)
+        if isinstance(task, m.SetScene):
+            scene = _Kept("the scene", self._scene, scene_of(task.scene), _with_scene)
+            return _SavedChange("setting scene", apply, scene, self._revision)
+        if isinstance(task, m.DetachTask | m.ConfirmScene):
+            return ChangeWorkspace(f"{name_of(task)}()", apply)
+        return ChangeWorkspace(f"setting {name_of(task).removeprefix('set_')}", apply)
 
 
-class _SavedTable(ChangeWorkspace):
-    """Replaces the table and its file, or takes over that of another program."""
+class _Kept(NamedTuple, Generic[T]):
+    """A part of the workspace that is kept in a file.
+
+    Attributes:
+        what: Its name in messages.
+        file: The file.
+        value: Its new value.
+        use: Returns a workspace with another value of it.
+    """
+
+    what: str
+    file: KeptFile[T]
+    value: T
+    use: Callable[[Workspace, T], Workspace]
+
+    def save(self, workspace: Workspace) -> Workspace | None:
+        """Save the new value; return the workspace with that of another program, if it has one."""
+        other = self.file.save(self.value)
+        return None if other is None else self.use(workspace, other)
+
+
+class _SavedChange(ChangeWorkspace):
+    """Replaces a part of the workspace and its file, or takes over that of another program."""
 
     def __init__(
         self,
-        task: m.SetTable,
+        name: str,
         change: Callable[[Workspace], Workspace],
-        file: TableFile,
+        kept: _Kept[Any],
         revision: Callable[[], int],
     ) -> None:
-        super().__init__("setting table", change)
-        self._task, self._file, self._revision = task, file, revision
+        super().__init__(name, change)
+        self._kept, self._revision = kept, revision
         self._taken_over = False
 
     def prepare(self, arm: Arm) -> None:
-        """Make the new workspace, then save the table: here, as a disk may be slow."""
+        """Make the new workspace, then save that part: here, as a disk may be slow."""
         super().prepare(arm)
-        if (other := self._file.save(self._task.table)) is not None:
-            self._workspace = arm.workspace.with_table(other)
-            self._taken_over = True
+        if (other := self._kept.save(arm.workspace)) is not None:
+            self._workspace, self._taken_over = other, True
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Replace the workspace, without a control cycle."""
         yield from super().cycles(arm)
         if self._taken_over:
             raise ConflictError(
-                "another program has changed the file with the poses: the arm has those now; read "
-                "them, and repeat the change",
+                f"another program has changed the file with {self._kept.what}: the arm has "
+                "its content now; read it, and repeat the change",
                 self._revision(),
             )
 
@@ -226,11 +257,15 @@ def _jog(task: m.JogTask, limits: _Limits) -> Jog:
     return Jog(stream, settling=SETTLING if task.expiry is None else _RELEASED, **limits)
 
 
+def _with_scene(space: Workspace, scene: Scene) -> Workspace:
+    return space.with_scene(replace(scene, widths=space.scene.widths))
+
+
 def _changed(task: m.WorkspaceChange) -> Callable[[Workspace], Workspace]:
     match task:
         case m.SetScene():
             scene = scene_of(task.scene)
-            return lambda space: space.with_scene(replace(scene, widths=space.scene.widths))
+            return lambda space: _with_scene(space, scene)
         case m.SetTable():
             return lambda space: space.with_table(task.table)
         case m.SetTool():
@@ -239,4 +274,4 @@ def _changed(task: m.WorkspaceChange) -> Callable[[Workspace], Workspace]:
             return lambda space: space.with_reduced_speed(task.reduced)
         case m.AttachTask():
             return lambda space: space.with_load(task.load)
-    return Workspace.without_load
+    return Workspace.confirmed if isinstance(task, m.ConfirmScene) else Workspace.without_load

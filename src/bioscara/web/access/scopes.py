@@ -96,6 +96,7 @@ _OPERATE_TASKS = frozenset(
         m.SetReducedSpeed,
         m.AttachTask,
         m.DetachTask,
+        m.ConfirmScene,
         # The owner refuses it on a real arm, and on a simulated one it harms nothing.
         m.SimulateFault,
     }

@@ -105,7 +105,7 @@ def test_serve_prints_one_address_on_a_terminal_that_of_operators(start: Start) 
 
 
 @pytest.mark.realtime
-def test_an_arm_survives_the_death_of_its_gateway_and_the_lease_lapses(
+def test_an_arm_survives_the_death_of_its_gateway_and_the_lease_ends(
     served: Served, start: Start
 ) -> None:
     process, url = started(start)
@@ -117,7 +117,7 @@ def test_an_arm_survives_the_death_of_its_gateway_and_the_lease_lapses(
         with connect(url.replace("http", "ws") + "ws", additional_headers=headers) as connection:
             client = WebClientOfTest(connection)
             client.greet("hand")
-            epoch = client.request("acquire_lease", time_to_live=0.5)["lease"]["epoch"]
+            epoch = client.request("acquire_lease", time_to_live=60.0)["lease"]["epoch"]
             accepted = client.request("start", epoch, task={"kind": "home"})
             number = accepted["goal"]["goal"]
             begin = time.monotonic()
@@ -130,7 +130,6 @@ def test_an_arm_survives_the_death_of_its_gateway_and_the_lease_lapses(
             assert isinstance(answer, m.GoalState)
             return answer.goal
 
-        assert not goal().done
         wait_until(lambda: goal().done, "the goal of the lost client ends")
         assert goal().status == "cancelled"
         assert time.monotonic() - begin < 4.0

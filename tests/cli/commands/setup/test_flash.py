@@ -408,7 +408,7 @@ def test_a_folder_without_room_for_the_image_is_named(
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(programmer.tempfile, "TemporaryDirectory", full)
+    monkeypatch.setattr(programmer, "LockedFolder", full)
     assert main(["flash", "--joint", "1", "j1.bin"]) == 2
     err = capsys.readouterr().err
     assert "the image cannot be copied: No space left on device; set TMPDIR" in err

@@ -113,6 +113,7 @@ def _status(name: str, options: Options, output: Output) -> ExitStatus:  # noqa:
         lease = _asked(link, m.GetLease(), m.LeaseState).lease
         goals = _asked(link, m.ListGoals(), m.GoalList).goals
         counted = _asked(link, m.GetStatistics(), m.Statistics)
+        unconfirmed = _asked(link, m.GetWorkspace(), m.WorkspaceState).unconfirmed
     output.line(f"arm: {name}, {described.arm}, version {described.software}")
     output.line(f"state: {_words(state)}")
     if state.pose is not None:
@@ -126,6 +127,11 @@ def _status(name: str, options: Options, output: Output) -> ExitStatus:  # noqa:
     output.line(f"commanded by: {holder}")
     for fault in faults.faults:
         output.line(f"fault: {fault.text}")
+    if unconfirmed:
+        output.line(
+            f"warning: not confirmed since the owner was started: {' and '.join(unconfirmed)}; the "
+            f"arm only jogs until 'bioscara confirm --arm {name}'"
+        )
     for warning in faults.warnings[-_WARNINGS:]:
         output.line(f"warning: {warning}")
     if (earlier := len(faults.warnings) - _WARNINGS) > 0:

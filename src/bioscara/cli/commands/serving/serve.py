@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
+from pathlib import Path
 
 from bioscara.api.runtime import OwnerClaim
 from bioscara.cli.arm_parameters import parameters_from
@@ -11,7 +13,7 @@ from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.teach_table import table_file
-from bioscara.errors import InvalidArgumentError
+from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.robot import Robot
 from bioscara.server import log
 from bioscara.server.owner import Owner
@@ -23,6 +25,27 @@ def _with_one_address(words: tuple[str, ...]) -> tuple[str, ...]:
     if words[0] != "web" or "--show" in words:
         return words
     return ("web", "--show", "operate", *words[1:])
+
+
+def _existing(scene: Path | None) -> Path | None:
+    """Return the file with the zones; a name that is misspelt would be an arm without zones.
+
+    Raises:
+        ConfigurationError: There is no such file.
+    """
+    if scene is not None and not scene.exists():
+        raise ConfigurationError(
+            f"--scene {scene} does not exist; correct its name, or write one: docs/motion.md has "
+            "the format"
+        )
+    return scene
+
+
+def _state_folder() -> Path:
+    """Return the folder for what the next owner has to know: of the service, or of this user."""
+    if service := os.environ.get("STATE_DIRECTORY"):
+        return Path(service.split(":")[0])
+    return Path(os.environ.get("XDG_STATE_HOME") or "~/.local/state").expanduser() / "bioscara"
 
 
 def run(options: Options) -> int:
@@ -41,6 +64,8 @@ def run(options: Options) -> int:
         overlay=options.parameters,
         evidence=options.evidence,
         table=table_file(options),
+        scene=_existing(options.scene),
+        bench=_state_folder() / f"{options.name}@{options.bus.replace('/', '_')}.json",
         group=options.group,
         gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,

@@ -9,6 +9,7 @@ import { at, h, printable } from "./dom.js";
 import { watchGateway } from "./gateway.js";
 import { buildHeader, buildMessages } from "./header.js";
 import { buildFaultStrip } from "./health/fault_strip.js";
+import { buildUnconfirmedStrip } from "./health/unconfirmed_strip.js";
 import { Recovery } from "./health/recovery.js";
 import { benchPanel } from "./panels/bench.js";
 import { filesPanel } from "./panels/files.js";
@@ -41,6 +42,7 @@ async function begin() {
   buildJog(app);
   const recovery = new Recovery(app);
   buildFaultStrip(app, recovery);
+  buildUnconfirmedStrip(app);
   buildTabs(app, [
     runPanel,
     teachPanel,

@@ -47,7 +47,7 @@ class RunControllers(Operation[None]):
     """
 
     devices = EVERYTHING
-    pausable = True
+    pausable = _needs_confirmed_scene = True
 
     def __init__(
         self, activate: Sequence[str], deactivate: Sequence[str], strictness: Strictness

@@ -39,7 +39,7 @@ class FollowTrajectory(Operation[None]):
         plan: The plan, from the begin on; None before.
     """
 
-    pausable = True
+    pausable = _needs_confirmed_scene = True
 
     def __init__(
         self,

@@ -79,6 +79,7 @@ class Release(MoveGripper):
     """
 
     devices = EVERYTHING
+    _needs_confirmed_scene = False  # It is how a load of the last run is taken off.
 
     def __init__(
         self,

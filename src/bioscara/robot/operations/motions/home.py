@@ -70,6 +70,8 @@ class Home(Operation[None]):
             such joint.
     """
 
+    _needs_confirmed_scene = True
+
     def __init__(
         self,
         *,
@@ -106,7 +108,7 @@ class Home(Operation[None]):
         if (load := arm.workspace.load) is not None:
             raise LifecycleError(
                 f"home(): the tool carries {load.name}, and the path of homing is clear only for "
-                "an empty gripper; gripper.release() or detach() it"
+                "an empty gripper; take it off and detach() it, or hold it and gripper.release() it"
             )
         stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, clock.now())

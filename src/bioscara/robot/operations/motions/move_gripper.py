@@ -47,6 +47,7 @@ class MoveGripper(Operation[GripperResult]):
     """
 
     devices = GRIPPER
+    _needs_confirmed_scene = True
 
     def __init__(
         self,
