@@ -137,7 +137,7 @@ def test_an_arm_survives_the_death_of_its_gateway_and_the_lease_ends(
         assert isinstance(lease, m.LeaseState)
         assert lease.lease.client is None
         texts = [event.text for event in received if isinstance(event, m.Event)]
-        assert "the lease of hand (operate, 127.0.0.1) has lapsed" in texts
+        assert "hand (operate, 127.0.0.1) has ended, and its lease with it" in texts
     finally:
         link.close()
 
