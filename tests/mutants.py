@@ -43,6 +43,7 @@ HOST = ("firmware/tests",)
 HOST_BINARY = "build/firmware/tests"
 DRIVERS = ("tests/drivers",)
 ENDINGS = ("tests/server/test_endings.py",)
+REMEDIES = ("tests/robot/test_remedies.py",)
 LOOP = ("tests/control/loop/test_loop.py",)
 MANAGER = (
     "tests/control/manager/test_manager_rules.py",
@@ -486,7 +487,7 @@ MUTANTS = (
     Mutant(
         "CLEARFAULT that meets another fault within its tick",
         "Joint::execute",
-        "if (command.bytes[0] == static_cast<uint8_t>(fault_))",
+        "if (command.bytes[0] == static_cast<uint8_t>(fault_) && !driver_still_faulty())",
         "",
         HOST,
     ),
@@ -2127,6 +2128,20 @@ MUTANTS = (
         "np.maximum(low, high)",
         "np.minimum(low, high)",
         ("tests/server/state/test_history.py",),
+    ),
+    Mutant(
+        "a joint without motor supply keeps its fault",
+        "Joint::driver_still_faulty",
+        "return driver_fault(motion_.driver().read_gstat(), 0).fault != Fault::NONE;",
+        "return false;",
+        REMEDIES,
+    ),
+    Mutant(
+        "a latched fault is named before a joint that is not homed",
+        "Arm.positions",
+        "self.stack.supervisor.require_clear()",
+        "pass",
+        REMEDIES,
     ),
     Mutant(
         "owner: what the last owner knew is confirmed before the arm moves by itself",

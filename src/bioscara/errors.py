@@ -147,6 +147,8 @@ class ZoneError(InvalidArgumentError):
         time: Time of the first violation, from the start of the motion [s].
         depth: Largest violation of the margin [m].
         margin: Required distance [m]; below zero where the link may touch the zone.
+        what: The message without the remedy.
+        remedy: What helps, in words.
     """
 
     def __init__(
@@ -157,6 +159,8 @@ class ZoneError(InvalidArgumentError):
         depth: float,
         margin: float,
         detail: str,
+        *,
+        at_goal: bool = False,
     ) -> None:
         self.zone, self.link, self.time = zone, link, time
         self.depth, self.margin = depth, margin
@@ -165,12 +169,20 @@ class ZoneError(InvalidArgumentError):
             if margin > 0.0
             else f"it may touch that, but this is {depth * 1e3:.1f} mm too deep"
         )
-        remedy = (
-            "open the elbow first, by unfold(), or plan another way"
-            if zone in ("base_link", "link_1")
-            else "plan another way or correct the scene"
-        )
-        super().__init__(f"{link} comes too near to {zone} {detail}; {rule}; {remedy}")
+        itself = zone in ("base_link", "link_1")
+        if at_goal:
+            self.remedy = (
+                "choose another goal" if itself else "choose another goal or correct the scene"
+            )
+        elif itself:
+            self.remedy = "open the elbow first, by unfold(), or plan another way"
+        else:
+            self.remedy = "plan another way or correct the scene"
+        self.what = f"{link} comes too near to {zone} {detail}; {rule}"
+        super().__init__(self.what)
+
+    def __str__(self) -> str:
+        return brief(f"{self.what}; {self.remedy}")
 
 
 class GoalRejectedError(InvalidArgumentError):

@@ -116,7 +116,9 @@ def test_the_tool_cannot_be_changed_without_the_kinematics(robot: Robot) -> None
 
 
 def test_a_misspelt_attribute_is_refused(robot: Robot) -> None:
-    with pytest.raises(AttributeError, match=r"no attribute 'secne'; did you mean scene"):
+    with pytest.raises(
+        AttributeError, match=r"no attribute 'secne' that can be set; did you mean scene"
+    ):
         robot.secne = None  # type: ignore[attr-defined]  # as a user without a type checker may do
 
 

@@ -226,4 +226,4 @@ def _refusal(scene: Scene, arm: Scara, joints: Joints) -> ZoneError | None:
     if missed <= GOAL_SLACK:
         return None
     margin = scene.margin - pair.allowed
-    return ZoneError(pair.zone, pair.link, math.nan, missed, margin, "at the target")
+    return ZoneError(pair.zone, pair.link, math.nan, missed, margin, "at the target", at_goal=True)

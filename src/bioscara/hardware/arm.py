@@ -41,6 +41,9 @@ _log = logging.getLogger(__name__)
 # A member of an enumeration takes longer to look up than all else that a cycle does with it.
 _NONE, _VELOCITY, _HOME = Mode.NONE, Mode.VELOCITY, Mode.HOME
 
+_CLEARING = 3e-3
+"""Time after which a joint has cleared its fault or keeps it [s]: its control tick is 1 ms."""
+
 
 class ArmHardware(HardwareComponent):
     """All joints of one bus.
@@ -230,10 +233,16 @@ class ArmHardware(HardwareComponent):
 
         Raises:
             CommunicationError: A joint does not answer.
+            JointError: The cause of a joint's fault lasts, as a missing supply.
         """
-        for joint in self.joints:
-            if joint.version == 2 and joint.get_flags() & Flags.FAULT:
+        joints = [joint for joint in self.joints if joint.version == 2]
+        for joint in joints:
+            if joint.get_flags() & Flags.FAULT:
                 joint.clear_fault(joint.get_fault().fault)
+        self._clock.sleep_until(self._clock.now() + _CLEARING)
+        for joint in joints:
+            if joint.get_flags() & Flags.FAULT:
+                joint.raise_fault()
 
     def read(self, time: float, period: float) -> None:
         """Read the state of every joint that did not report it in the last write."""

@@ -24,7 +24,7 @@ from bioscara.api.values import (
 from bioscara.arguments import flag, function, items, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault
-from bioscara.control.faults.supervisor import FaultState
+from bioscara.control.faults.supervisor import FaultState, refusal
 from bioscara.errors import (
     BioscaraError,
     FaultedError,
@@ -58,7 +58,7 @@ from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool
 from bioscara.robot.workspace.workspace import Workspace
-from bioscara.spelling import did_you_mean
+from bioscara.spelling import unknown_attribute
 
 R = TypeVar("R", bound=m.Result)
 
@@ -126,9 +126,7 @@ class RemoteRobot:
         # As of a robot: a misspelt name would otherwise be accepted without an effect.
         known = [key for key in dir(type(self)) if not key.startswith("_")]
         if not (name in known or name in {"gripper", "controllers"} or name.startswith("_")):
-            raise AttributeError(
-                f"a robot has no attribute {name!r}; {did_you_mean(name, known, 'see dir(robot)')}"
-            )
+            raise unknown_attribute(self, name)
         object.__setattr__(self, name, value)
 
     def open(self) -> Self:
@@ -270,12 +268,7 @@ class RemoteRobot:
         """
         sample = self._sample()
         if sample.stale:
-            faults = self._ask(m.GetFaults(), m.FaultList)
-            if faults.faults:
-                raise FaultedError(
-                    f"the arm is stopped by a fault ({faults.state}): {faults.faults[0].text}; "
-                    "then acknowledge() and recover()"
-                )
+            self._require_clear()
             raise BioscaraError("the joints are released and report no state; enable() them")
         return _states(sample)
 
@@ -985,8 +978,15 @@ class RemoteRobot:
         states = self.state
         for name, position in zip(states.names, states.positions, strict=True):
             if math.isnan(position):
+                self._require_clear()
                 raise NotHomedError(f"{name} is not homed: {reason}", name)
         return Joints(*states.positions)
+
+    def _require_clear(self) -> None:
+        """Raise FaultedError if a fault is latched."""
+        faults = self._ask(m.GetFaults(), m.FaultList)
+        if faults.faults:
+            raise FaultedError(refusal(faults.state, faults.faults[0].text))
 
     def __repr__(self) -> str:
         if not self._opened or self._closed:

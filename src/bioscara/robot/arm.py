@@ -179,12 +179,15 @@ class Arm:
             reason: Why a joint that is not homed is refused, for the message.
 
         Raises:
+            FaultedError: The position of a joint is unknown, and a fault is latched.
             NotHomedError: The position of a joint is unknown.
             BioscaraError: As :meth:`states`.
         """
         states = self.states()
         for name, position in zip(states.names, states.positions, strict=True):
             if math.isnan(position):
+                # A joint that restarted is homed again once the fault is recovered from.
+                self.stack.supervisor.require_clear()
                 raise NotHomedError(f"{name} is not homed: {reason}", name)
         return Joints(*states.positions)
 

@@ -187,10 +187,19 @@ class Planner:
             NotHomedError: The position of a joint is unknown.
             ZoneError: The path is not free.
         """
-        here = self.here()._replace(j3=0.0)
-        return self.move_joints(
-            here, velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling
-        )
+        goal = self.here()._replace(j3=0.0)
+        try:
+            return self.move_joints(
+                goal, velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling
+            )
+        except ZoneError as error:
+            if error.zone in ("base_link", "link_1"):
+                # Not this very call again.
+                error.remedy = (
+                    "jog j3 or j4 to where the way is free, or disable() the arm and open the elbow by "
+                    "hand"
+                )
+            raise
 
     def move_to(
         self,

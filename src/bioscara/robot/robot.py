@@ -43,7 +43,7 @@ from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool
 from bioscara.robot.workspace.workspace import Workspace
-from bioscara.spelling import did_you_mean
+from bioscara.spelling import unknown_attribute
 
 _OWN = frozenset({"bus", "clock", "parameters", "description", "gripper"})
 """Attributes of a robot that are neither methods nor properties."""
@@ -129,9 +129,7 @@ class Robot:
         # A misspelt name, such as robot.secne, would otherwise be accepted without an effect.
         known = [key for key in dir(type(self)) if not key.startswith("_")]
         if not (name in known or name in _OWN or name.startswith("_")):
-            raise AttributeError(
-                f"a robot has no attribute {name!r}; {did_you_mean(name, known, 'see dir(robot)')}"
-            )
+            raise unknown_attribute(self, name)
         object.__setattr__(self, name, value)
 
     @classmethod

@@ -11,12 +11,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.api.runtime import OwnerClaim
+from bioscara.cli import main
 from bioscara.errors import AccessError, InvalidArgumentError, RecordingError
 from bioscara.model import load_parameters
 from bioscara.recording.reading.replay import ReplayedArm, serve_recording
@@ -125,6 +127,10 @@ def test_time_passes_from_the_first_client_on_and_as_fast_as_asked(made: Made) -
     first = arm.sample.time
     arm.step()
     assert arm.sample.time == first
+    client: Any = None
+    for question in (m.GetStatistics(), m.GetFaults(), m.GetWorkspace()):
+        # The recorder asked for it after its first sample.
+        assert arm.handle(client, question, None, 1) is not None
     with replaying(arm):
         link = OwnerLink(NAME, lambda _: None, lambda _: None)
         link.open()
@@ -154,7 +160,8 @@ def test_the_command_serves_a_recording_until_it_is_ended(
 ) -> None:
     words = ("-m", "bioscara", "record", "replay", str(made.path), "--name", NAME)
     process = start(*words, env=environment())
-    wait_for_line(process, f"{NAME} is served")
+    printed = wait_for_line(process, f"{NAME} is served").partition(": bioscara ")[2]
+    assert main(printed.split()) == 0
     with Robot.connect(f"arm:{NAME}") as robot:
         assert "recording left-" in robot.description
     process.send_signal(signal.SIGTERM)

@@ -17,6 +17,7 @@ from bioscara.errors import (
     JointFaultError,
     LifecycleError,
     MotionCancelledError,
+    RecordingError,
     StalledError,
 )
 from bioscara.hardware import LifecycleState
@@ -91,7 +92,7 @@ def test_a_latched_fault_is_kept_until_its_evidence_is_written(made: Scene) -> N
     leave_a_fault(made)
     made.folder.write_text("")
     with made.robot as robot:
-        with pytest.raises(OSError, match="evidence"):
+        with pytest.raises(RecordingError, match=r"evidence.* make the folder writable"):
             robot.acknowledge()
         with pytest.raises(FaultedError, match="acknowledge"):
             robot.recover()

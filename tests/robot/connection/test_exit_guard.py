@@ -204,7 +204,6 @@ def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
     for _ in range(10):
         assert text in wait_for_line(process, "refused")
     wait_for_line(process, "forked False")
-    assert abs(truth(arm)[1][0]) > ended_program.FAST
     # A copy of the connection in the child, which lives on, would keep the arm from the next host.
     process.kill()
     process.wait(LIMIT)

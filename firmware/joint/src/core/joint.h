@@ -68,6 +68,7 @@ class Joint {
   // joint_commands.cpp: execution of commands.
   void execute(const Command& command);
   void set_up(const Command& command);
+  bool driver_still_faulty();
   void set_current(const Command& command);
   void move(float target, bool alone);
   void track(const Command& command);

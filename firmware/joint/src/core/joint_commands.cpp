@@ -116,7 +116,7 @@ void Joint::execute(const Command& command) {
       stop(command.bytes[0] == 0);
       break;
     case Register::CLEARFAULT:
-      if (command.bytes[0] == static_cast<uint8_t>(fault_)) {
+      if (command.bytes[0] == static_cast<uint8_t>(fault_) && !driver_still_faulty()) {
         fault_ = Fault::NONE;
         fault_data_ = 0.0F;
         stalled_ = false;
@@ -134,6 +134,13 @@ void Joint::execute(const Command& command) {
     default:
       break;
   }
+}
+
+// Otherwise a person who recovers an arm without supply learns that when it is enabled.
+bool Joint::driver_still_faulty() {
+  if (fault_ != Fault::DRIVER) return false;
+  motion_.driver().read_gstat();  // Clears the bits of what is over.
+  return driver_fault(motion_.driver().read_gstat(), 0).fault != Fault::NONE;
 }
 
 void Joint::set_up(const Command& command) {

@@ -16,11 +16,18 @@ from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import FollowingErrorMonitor, fade
-from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify, source_of
+from bioscara.control.faults.kinds import (
+    ArmFault,
+    FaultKind,
+    Stop,
+    classify,
+    reports_missing_supply,
+    source_of,
+)
 from bioscara.control.faults.log import EvidenceWriter, FaultLog
 from bioscara.control.faults.stop import MotionStopper
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.errors import BioscaraError, FaultedError, ModeSwitchError
+from bioscara.errors import BioscaraError, FaultedError, JointError, ModeSwitchError
 from bioscara.hardware import ArmHardware, LifecycleState
 
 _SLOW = 0.5
@@ -39,6 +46,17 @@ class FaultState(Enum):
 
 
 _CLEAR = FaultState.CLEAR
+
+
+def refusal(state: str, fault: str) -> str:
+    """Return the message that refuses a motion because of a fault, with what is left to be done.
+
+    Args:
+        state: Value of the stage of fault handling.
+        fault: The first cause, in words.
+    """
+    recovery = "recover()" if state == "acknowledged" else "acknowledge() and recover()"
+    return f"the arm is stopped by a fault ({state}): {fault}; then {recovery}"
 
 
 class Supervisor:
@@ -84,10 +102,7 @@ class Supervisor:
             FaultedError: One does; names the first cause and the remedy.
         """
         if self.state is not FaultState.CLEAR:
-            raise FaultedError(
-                f"the arm is stopped by a fault ({self.state.value}): {self.faults[0]}; then "
-                "acknowledge() and recover()"
-            )
+            raise FaultedError(refusal(self.state.value, str(self.faults[0])))
 
     def check(self, time: float, period: float) -> None:
         """Check the cycle that just ended, and react.
@@ -239,6 +254,7 @@ class Supervisor:
 
         Raises:
             FaultedError: The faults are not acknowledged.
+            JointError: The cause of a joint's fault lasts, as a missing supply; the faults stay.
             BioscaraError: A joint does not answer or cannot be released; the faults stay.
         """
         if self.state is FaultState.CLEAR:
@@ -251,7 +267,12 @@ class Supervisor:
             with suppress(BioscaraError):
                 manager.set_hardware_state(arm.name, LifecycleState.UNCONFIGURED, time)
         arm.configure()
-        arm.clear_faults()
+        try:
+            arm.clear_faults()
+        except JointError as error:
+            kind = FaultKind.POWER_LOST if reports_missing_supply(error) else classify(error)
+            error.remedy = f"{kind.action}, then recover() again"
+            raise
         arm.disable()
         if arm.freed_by:
             self.warnings.append(

@@ -142,7 +142,9 @@ def refusal(layout: Layout, times: Array, pairs: Array, margin: float, floor: Ar
     margin, clearance = margin - pair.allowed, float(pairs[row, sample]) - pair.allowed
     where = "at the start" if begins <= 0.0 else f"from {begins:.3f} s on"
     nearest = f"{where}, nearest at {times[sample]:.3f} s: {_described(pair.keep_in, clearance)}"
-    return ZoneError(pair.zone, pair.link, begins, margin - clearance, margin, nearest)
+    at_goal = bool(rooms[int(row), -1] < 0.0 < begins)
+    depth = margin - clearance
+    return ZoneError(pair.zone, pair.link, begins, depth, margin, nearest, at_goal=at_goal)
 
 
 def _described(keep_in: bool, clearance: float) -> str:

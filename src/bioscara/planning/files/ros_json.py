@@ -34,8 +34,10 @@ def json_document(text: str) -> Document:
             object_pairs_hook=_fields,
         )
     except json.JSONDecodeError as error:
+        # Only what is missing at its end can have been cut off.
+        truncated = "; is the file truncated?" if error.pos >= len(text.rstrip()) else ""
         raise TrajectoryError(
-            f"line {error.lineno}: not readable as JSON: {error.msg}; is the file truncated?"
+            f"line {error.lineno}: not readable as JSON: {error.msg}{truncated}"
         ) from error
     except RecursionError:
         raise TrajectoryError(f"nested more than {DEPTH_MAX} deep") from None

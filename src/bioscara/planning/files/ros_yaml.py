@@ -165,7 +165,8 @@ def _values(point: _Fields, quantity: str, index: int, count: int) -> list[float
     values = [decimal(_word(value, where), where) for value in _list(point[quantity], where)]
     if values and len(values) != count:
         raise TrajectoryError(
-            f"point {index}: {len(values)} {quantity} for {count} joints; is the file truncated?"
+            f"point {index}: {len(values)} {quantity} for {count} joints; give one for each of "
+            "joint_names, in their order"
         )
     return values
 
@@ -178,14 +179,14 @@ def _seconds(point: _Fields, index: int) -> float:
     stamp = _mapping(stamp, where)
     _refuse_unknown(stamp, _STAMP, where)
     if not stamp:
-        raise TrajectoryError(f"{where} needs sec or nanosec; is the file truncated?")
+        raise TrajectoryError(f"{where} has no time; write it as {{sec: 2, nanosec: 500000000}}")
     seconds, nanoseconds = (decimal(_word(stamp.get(key, "0"), where), where) for key in _STAMP)
     return seconds + 1e-9 * nanoseconds
 
 
 def _word(value: Node, where: str) -> str:
     if not isinstance(value, str):
-        raise TrajectoryError(f"{where}: {shown(value)} is not one word; is the file truncated?")
+        raise TrajectoryError(f"{where}: {shown(value)} is not one word; give a name or a number")
     if value == "...":
         raise TrajectoryError(f"{where}: '...' stands for what was left out; {FULL_LENGTH}")
     return value
@@ -196,10 +197,10 @@ def _mapping(value: Node, where: str) -> _Fields:
         return value
     if value == "...":
         raise TrajectoryError(f"{where}: '...' stands for what was left out; {FULL_LENGTH}")
-    raise TrajectoryError(f"{where} is not a set of fields; is the file truncated?")
+    raise TrajectoryError(f"{where} is not a set of fields; write 'field: value' lines below it")
 
 
 def _list(value: Node, where: str) -> list[Node]:
     if not isinstance(value, list):
-        raise TrajectoryError(f"{where} is not a list; is the file truncated?")
+        raise TrajectoryError(f"{where} is not a list; write it as [a, b], or lines with a '-'")
     return value

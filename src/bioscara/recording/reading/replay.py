@@ -123,7 +123,12 @@ class ReplayedArm:
             for each in messages(path, FileScan(), set(_JSON))
         ]
         self._next_said = 0
-        self._latest: dict[type[Any], Any] = {}
+        # What was first asked for after the first sample holds for the time before it, too.
+        self._latest: dict[type[Any], Any] = {
+            type(message): message
+            for _, message in reversed(self._said)
+            if type(message) in _ANSWERS.values()
+        }
         self._rows = _rows(path)
         self._row = next(self._rows, None)
         if self._row is None:

@@ -152,8 +152,10 @@ class Stack:
             time: Now [s].
 
         Raises:
+            FaultedError: A fault is latched, perhaps since the last cycle.
             SwitchError, ModeSwitchError: The switch is not possible; nothing changed.
         """
+        self.supervisor.require_clear()
         if self.manager.controller(name).state is LifecycleState.ACTIVE:
             return
         leaving = [

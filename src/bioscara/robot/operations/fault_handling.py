@@ -6,6 +6,7 @@ from contextlib import suppress
 
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.faults.supervisor import FaultState
+from bioscara.errors import RecordingError
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import EVERYTHING
 from bioscara.robot.operations.operation import Cycles, Operation
@@ -40,6 +41,11 @@ class Acknowledge(Operation[tuple[ArmFault, ...]]):
             yield None
         try:
             return tuple(stack.supervisor.acknowledge())
+        except OSError as error:
+            raise RecordingError(
+                f"acknowledge(): the evidence of the fault cannot be written: {error}; free space "
+                "there, or make the folder writable, and acknowledge() again"
+            ) from error
         finally:
             stack.loop.restart()
 

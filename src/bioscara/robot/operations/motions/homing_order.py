@@ -134,8 +134,13 @@ def require_homing_of(
 def _require_open_elbow(axes: Mapping[str, Axis], wanted: set[str]) -> None:
     elbow = axes["j3"]
     if "j4" in wanted and "j3" not in wanted and not abs(elbow.position.value) <= FOLDED:
+        remedy = (
+            "unfold() first, and home it then"
+            if axes["j4"].homed
+            else f"disable() the arm, open the elbow by hand to less than {FOLDED:g} rad and home "
+            "again"
+        )
         raise HomingError(
-            f"j4 is not homed and the elbow is folded, j3 at {elbow.position.value:.3f} rad: "
-            "turning, the hand could meet the column; disable() the arm, open the elbow by hand "
-            f"to less than {FOLDED:g} rad and home again"
+            f"j4 cannot be homed while the elbow is folded, j3 at {elbow.position.value:.3f} rad: "
+            f"turning, the hand could meet the column; {remedy}"
         )
