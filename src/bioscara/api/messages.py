@@ -24,6 +24,7 @@ from bioscara.planning import Sample
 from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.report import CycleRecord
 from bioscara.robot.workspace.load import Load
@@ -225,6 +226,7 @@ class GoalValue(Value, frozen=True):
         gripper: How the jaws ended, for their goals.
         duration: Planned duration of its trajectory; NaN without one.
         notes: Notes on its plan for the user.
+        limitation: Why a jog does not fully follow its velocity, or did not at its end; else null.
     """
 
     goal: int
@@ -236,6 +238,7 @@ class GoalValue(Value, frozen=True):
     gripper: GripperValue | None = None
     duration: float = float("nan")
     notes: tuple[str, ...] = ()
+    limitation: JogLimitation | None = None
 
     @property
     def done(self) -> bool:
@@ -668,6 +671,8 @@ class AddPoints(Command, frozen=True, kw_only=True, tag="add_points"):
 
 class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity"):
     """Set the velocity of a jog; without another one in time the arm rests, see :class:`JogTask`.
+
+    The answer is :class:`GoalState`, with the limitation under the velocity before.
 
     Attributes:
         goal: Number of the jog.

@@ -777,9 +777,10 @@ class RemoteRobot:
                     self._command(m.EndJog(operation.goal))
                     return
                 if isinstance(velocity, JointVelocity):
-                    self._command(m.SetJogVelocity(goal=operation.goal, joints=velocity))
+                    command = m.SetJogVelocity(goal=operation.goal, joints=velocity)
                 else:
-                    self._command(m.SetJogVelocity(goal=operation.goal, tool=velocity))
+                    command = m.SetJogVelocity(goal=operation.goal, tool=velocity)
+                operation.update(self._command_for(command, m.GoalState).goal)
                 pause.wait(_JOG_PERIOD)
         except LeaseError:
             # The end of the lease has stopped the jog, whose end is an event.

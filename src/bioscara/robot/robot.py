@@ -938,7 +938,7 @@ class Robot:
         """Move by streamed velocities until the stream ends; the arm is then at rest.
 
         Joint limits, the tool's speed limit and zones are respected, with enough distance to stop
-        before them. Commanded velocities are scaled by ``speed_override``. If the source does not
+        before them; ``limitation`` of the operation says what slows the arm down or holds it. Commanded velocities are scaled by ``speed_override``. If the source does not
         answer within 0.15 s, the arm comes to rest.
 
         Args:

@@ -432,13 +432,14 @@ class Owner:
 
     def _report_end(self, goal: ClientGoal) -> None:
         value = goal.value()
-        reason = "" if value.failure is None else f": {value.failure.text}"
+        reasons = [each.text for each in (value.failure, value.limitation) if each is not None]
+        reason = f": {'; '.join(reasons)}" if reasons else ""
         text = f"{value.name} by {value.client} {value.status}{reason}"
         self._event("goal_ended", text, value.client, goal=value)
 
-    def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.Done:
+    def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.GoalState:
         self._stream(command.goal).set(velocity_of(command))
-        return m.Done()
+        return m.GoalState(self.goals.get(command.goal).value())
 
     def _end_jog(self, _: Client, command: m.EndJog, __: int) -> m.Done:
         self._stream(command.goal).end()
