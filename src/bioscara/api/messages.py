@@ -672,8 +672,6 @@ class AddPoints(Command, frozen=True, kw_only=True, tag="add_points"):
 class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity"):
     """Set the velocity of a jog; without another one in time the arm rests, see :class:`JogTask`.
 
-    The answer is :class:`GoalState`, with the limitation under the velocity before.
-
     Attributes:
         goal: Number of the jog.
         joints: Velocities of the joints, or null.
@@ -1795,6 +1793,8 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
             joint that does not report it, null if none does. Joints with their original firmware
             never do. While joints follow setpoints on a slow bus they take turns, and each value
             may be some cycles old.
+        limitation: Why the running jog does not fully follow its velocity; null if it does, or if
+            none runs.
     """
 
     cycle: int
@@ -1817,6 +1817,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     bus_time: float
     stale: bool = False
     loads: tuple[float, ...] | None = None
+    limitation: JogLimitation | None = None
 
 
 AnyResult = (

@@ -20,9 +20,9 @@ from bioscara.errors import (
     MotionTimeoutError,
     OwnerLostError,
 )
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
-from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.operations.operation import OnCycle, Status
 
@@ -60,7 +60,6 @@ class RemoteOperation(Generic[T]):
         self.name, self.goal = value.name, value.goal
         self.error: BaseException | None = None
         self._link, self._lease, self._value = link, lease, value
-        self._limitation: JogLimitation | None = None
         self._on_cycle, self._observed = on_cycle, observed
         self._records: queue.SimpleQueue[CycleRecord | None] = queue.SimpleQueue()
         self._finished, self._over = threading.Event(), threading.Event()
@@ -73,15 +72,6 @@ class RemoteOperation(Generic[T]):
             return
         self._value = value
         self._end(None if value.failure is None else error_of(value.failure))
-
-    def update(self, value: m.GoalValue) -> None:
-        """Take the goal as it is while it runs."""
-        self._limitation = value.limitation
-
-    @property
-    def limitation(self) -> JogLimitation | None:
-        """Why the arm does not fully follow the velocity of a jog, as ``Operation.limitation``."""
-        return self._value.limitation if self._over.is_set() else self._limitation
 
     def lose(self, error: OwnerLostError) -> None:
         """End, as the owner was lost."""
@@ -173,6 +163,11 @@ class RemoteOperation(Generic[T]):
     def progress(self) -> float:
         """Share of it that is done, 0 to 1; NaN if that is unknown."""
         return self._now().progress
+
+    @property
+    def limitation(self) -> JogLimitation | None:
+        """Why a jog does not fully follow its velocity, as ``Operation.limitation``."""
+        return self._now().limitation
 
     @property
     def paused(self) -> bool:

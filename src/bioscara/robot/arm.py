@@ -17,6 +17,7 @@ from bioscara.control.loop.realtime import realtime
 from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, NotHomedError
 from bioscara.kinematics import Joints
 from bioscara.planning.motions.elbow_side import ELBOW, bent
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.connection.pacing import PacedClock
@@ -107,6 +108,11 @@ class Arm:
         """The operations that were admitted and have not ended."""
         running = self.arbiter.running
         return tuple([each for each in self._operations if each.claim in running])
+
+    @property
+    def limitation(self) -> JogLimitation | None:
+        """Why the running jog does not fully follow its velocity; None if it does or none runs."""
+        return next((each.limitation for each in self.operations if each.limitation), None)
 
     @property
     def workspace(self) -> Workspace:

@@ -437,9 +437,9 @@ class Owner:
         text = f"{value.name} by {value.client} {value.status}{reason}"
         self._event("goal_ended", text, value.client, goal=value)
 
-    def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.GoalState:
+    def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.Done:
         self._stream(command.goal).set(velocity_of(command))
-        return m.GoalState(self.goals.get(command.goal).value())
+        return m.Done()
 
     def _end_jog(self, _: Client, command: m.EndJog, __: int) -> m.Done:
         self._stream(command.goal).end()

@@ -1004,6 +1004,7 @@ export interface StateSample {
   bus_time: number;
   stale: boolean;
   loads: number[] | null;
+  limitation: JogLimitation | null;
 }
 
 export interface Statistics {

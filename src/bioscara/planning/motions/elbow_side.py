@@ -21,7 +21,7 @@ _STRAIGHT = 1e-3
 """Elbow angle from straight or folded below which the former side applies [rad]. Velocities of the
 tool are those of this angle there, where the wrist is 0.1 um from the end of its reach."""
 _NEAR = 0.1
-"""Elbow angle from straight or folded below which x and y are limited apart from z and yaw [rad]."""
+"""Elbow angle from straight or folded below which x and y are limited apart from z, yaw [rad]."""
 
 
 def bent(elbow: float) -> bool:

@@ -101,8 +101,8 @@ class JogGenerator:
         scene: Scene to keep clear of; None for no checks.
         tool_speed: Highest speed of the tool [m/s].
         windows: Windows over which commands are averaged, one after the other [s].
-        elbow: A position in which the elbow was bent last [rad]: from straight, it bends to that
-            side. None if it is unknown, see :class:`~bioscara.planning.motions.elbow_side.ElbowSide`.
+        elbow: A position of j3 in which the elbow was bent last [rad], to whose side a straight
+            one bends; None if it is unknown, see :mod:`~bioscara.planning.motions.elbow_side`.
 
     Attributes:
         tool_speed: As given; may be changed at any time.

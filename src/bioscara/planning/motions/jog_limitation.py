@@ -33,7 +33,7 @@ class JogLimit(Enum):
     EXPIRED = "expired"
     """No velocity came in time."""
     CHANGE = "change"
-    """The arm comes to rest before velocities of the tool follow those of joints, or the reverse."""
+    """The arm first rests, as velocities of the tool follow those of joints, or the reverse."""
 
 
 @dataclass(frozen=True, slots=True)
