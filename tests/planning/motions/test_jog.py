@@ -197,6 +197,20 @@ def test_a_joint_at_its_limit_does_not_hold_the_others() -> None:
     )
 
 
+def test_the_arm_rests_between_velocities_of_joints_and_of_the_tool_and_says_so() -> None:
+    jog = JogGenerator(ARM, LIMITS, REST, windows=BELTS)
+    held(jog, JointVelocity(j4=0.5), 1.0)
+    assert jog.limitation is None
+    limits = []
+    for number in range(50, 100):
+        jog.command(ToolVelocity(z=0.02), number * PERIOD)
+        jog.step(number * PERIOD, PERIOD)
+        limits.append(limit_of(jog))
+    resting = limits.count(JogLimit.CHANGE)
+    assert limits == [JogLimit.CHANGE] * resting + [None] * (50 - resting)
+    assert 10 < resting < 30
+
+
 @pytest.mark.parametrize("elbow", [0.4, -0.4])
 def test_the_arm_does_not_flip_over_when_it_is_stretched(elbow: float) -> None:
     jog = JogGenerator(ARM, LIMITS, Joints(0.0, 0.2, elbow, 0.0))
