@@ -632,6 +632,13 @@ MUTANTS = (
         ("tests/robot/test_robot_motions.py",),
     ),
     Mutant(
+        "a jogged elbow keeps its side",
+        "JogGenerator._ranges",
+        "max(lower[2], low), min(upper[2], high)",
+        "lower[2], upper[2]",
+        ("tests/planning/motions/test_jog.py",),
+    ),
+    Mutant(
         "pairs left out by the broad phase",
         "BroadPhase.candidates",
         "free_distance(here)",

@@ -172,7 +172,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             plan.check_trajectory,
             {"trajectory": REST, "elsewhere": HALF, "planned": False},
         ),
-        "Planner.jog": (plan.jog, {"start": HALF}),
+        "Planner.jog": (plan.jog, {"start": HALF, "elbow": 0.5}),
         "Scara.solve": (plan.kinematics.solve, {"pose": there, "near": HALF}),
         "Scara.inverse": (plan.kinematics.inverse, {"pose": there}),
         "approach": (approach, {"target": here, "away": there, "motion": Motion.PTP, "speed": 1.0}),

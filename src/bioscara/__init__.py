@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from bioscara.planning.files.scene_file import read_scene as read_scene
     from bioscara.planning.motions.jog import JointVelocity as JointVelocity
     from bioscara.planning.motions.jog import ToolVelocity as ToolVelocity
+    from bioscara.planning.motions.jog_limitation import JogLimit as JogLimit
+    from bioscara.planning.motions.jog_limitation import JogLimitation as JogLimitation
     from bioscara.remote import RemoteRobot as RemoteRobot
     from bioscara.report.recording import Recording as Recording
     from bioscara.robot.operations.operation import Operation as Operation
@@ -115,6 +117,10 @@ _MODULES = {
         "JointVelocity",
         "ToolVelocity",
     ),
+    "bioscara.planning.motions.jog_limitation": (
+        "JogLimit",
+        "JogLimitation",
+    ),
     "bioscara.remote": ("RemoteRobot",),
     "bioscara.report.recording": ("Recording",),
     "bioscara.robot.operations.operation": (
@@ -161,6 +167,8 @@ __all__ = [
     "HardwareError",
     "HomingError",
     "InvalidArgumentError",
+    "JogLimit",
+    "JogLimitation",
     "JointVelocity",
     "Joints",
     "LeaseError",

@@ -32,6 +32,7 @@ from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog_limitation import JogLimit, JogLimitation
 from bioscara.report import CycleRecord, JointRecord, Phase
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
@@ -64,6 +65,9 @@ VALUES: dict[Any, st.SearchStrategy[Any]] = {
     Waypoint: WAYPOINT,
     JointVelocity: st.builds(JointVelocity, *[NUMBER] * 4),
     ToolVelocity: st.builds(ToolVelocity, *[NUMBER] * 4),
+    JogLimitation: st.builds(
+        JogLimitation, st.sampled_from(JogLimit), st.booleans(), NAME, NUMBER, NAME, NAME
+    ),
     Box: st.builds(Box, NAME, st.just((0.0, 0.1, 0.2)), st.just((1.0, 1.1, 1.2)), NUMBER),
     Cylinder: st.builds(Cylinder, NAME, NUMBER, NUMBER, LENGTH, st.just(0.0), LENGTH),
     Body: st.builds(Body, st.just("gripper"), st.integers(0, 4), st.just((SHAPE,))),

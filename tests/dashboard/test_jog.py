@@ -413,6 +413,51 @@ def test_jog_r8_the_tool_keeps_to_the_speed_that_is_shown_and_to_250_mm_s(
     assert "no enabling device" in page.locator("#jog").inner_text()
 
 
+SAYS = "(text) => document.querySelector('.jog-status').textContent === text"
+
+
+def hold_until(page: Page, sign: int, text: str) -> None:
+    """Hold a button of the first axis until the pad shows a text."""
+    page.locator(f'{J1}[data-sign="{sign}"]').hover()
+    page.mouse.down()
+    page.wait_for_function(SAYS, arg=text)
+
+
+def brought_to(left: Site, joints: tuple[float, ...]) -> None:
+    """Let the client move the arm and give its lease back."""
+    left.robot.acquire_lease(force=True)
+    left.robot.move_joints(joints)
+    left.robot.release_lease()
+
+
+def test_a_hold_that_is_slowed_or_moves_nothing_says_why_also_at_its_end(
+    page: Page, left: Site
+) -> None:
+    brought_to(left, (HALF[0], HALF[1], 0.0, HALF[3]))
+    try:
+        wait_for_state(page, "no-lease")
+        command(page)
+        page.locator("[data-value=tool]").click()
+        held = "x, y held: the elbow is straight; move inwards"
+        hold_until(page, 1, held)
+        assert page.locator(".jog-status.warn").count() == 1
+        page.mouse.up()
+        wait_until(lambda: at_rest(left.robot), "the arm rests")
+        assert words(page) == held
+        goal = left.robot._ask(m.ListGoals(), m.GoalList).goals[-1]
+        assert str(goal.limitation) == held
+        # Inwards the elbow bends, slowly at first.
+        hold_until(page, -1, "x, y slowed: the elbow is nearly straight")
+        page.wait_for_function(SAYS, arg="Moves while you hold.")
+        page.mouse.up()
+        assert words(page) == ""
+    finally:
+        page.mouse.up()
+        wait_until(lambda: at_rest(left.robot), "the arm rests")
+        page.locator("[data-value=joints]").click()
+        brought_to(left, HALF)
+
+
 VELOCITY = """async ([mode, share]) => {
     const { velocityOf } = await import("/js/control/jog_motion.js");
     const { joints, tool } = velocityOf(mode, share, 0.1, bioscara.arm, 0.3);

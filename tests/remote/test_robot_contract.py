@@ -42,6 +42,7 @@ from bioscara.planning import Trajectory, Waypoint
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog_limitation import JogLimit
 from bioscara.remote import RemoteRobot
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import RemoteOperation
@@ -455,6 +456,22 @@ def test_jogs_move_as_their_velocities_say(robot: Any) -> None:
     with pytest.raises(MotionCancelledError):
         operation.result(10.0)
     assert robot.jog(JointVelocity, wait=False, timeout=0.2).wait(10.0)
+
+
+def test_a_jog_says_while_it_runs_and_afterwards_why_it_is_held(robot: Any) -> None:
+    ended = False
+    robot.move_joints((0.3, 0.2, 0.0, 0.0))
+    outwards = ToolVelocity(0.05)
+    operation = robot.jog(lambda: None if ended else outwards, wait=False)
+    eventually(lambda: operation.limitation is not None and operation.limitation.held)
+    expected = "x, y held: the elbow is straight; move inwards"
+    assert str(operation.limitation) == expected
+    assert operation.limitation.limit is JogLimit.STRETCHED
+    ended = True
+    operation.result(10.0)
+    assert str(operation.limitation) == expected
+    left = [JointVelocity(0.1)] * 20
+    assert robot.jog(lambda: left.pop() if left else None).limitation is None
 
 
 def test_a_jog_whose_source_raises_ends_with_that(robot: Any) -> None:

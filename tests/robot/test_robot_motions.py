@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,9 +25,11 @@ from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog_limitation import JogLimit, JogLimitation
 from bioscara.planning.motions.waypoints import Motion, Waypoint
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.operations.operation import Operation
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
@@ -225,6 +228,113 @@ def test_a_jog_follows_its_velocities_and_ends_at_rest(robot: Robot) -> None:
     assert max(map(abs, robot.state.velocities)) < 0.02
     turned = jog(robot, JointVelocity(j4=0.3), 1.0)
     assert turned.yaw - there.yaw == pytest.approx(0.3, abs=0.05)
+
+
+@pytest.mark.parametrize("elbow", [-0.8, 0.8])
+def test_a_straight_arm_is_jogged_to_the_side_from_which_it_came(
+    robot: Robot, elbow: float
+) -> None:
+    robot.move_joints((0.1, 0.2, elbow, 0.2))
+    robot.move_joints((0.1, 0.2, 0.0, 0.2))
+    before = robot.pose
+    after = jog(robot, ToolVelocity(0.02, 0.0, 0.02, 0.2), 1.0)
+    # Outwards only z and yaw are carried out, by the lift and the wrist.
+    assert after.z - before.z > 0.012
+    assert after.yaw - before.yaw > 0.12
+    assert robot.state.positions[:3:2] == pytest.approx((0.1, 0.0), abs=2e-3)
+    rates: list[float] = []
+
+    def observe(record: CycleRecord) -> None:
+        rates.append(record.joints[2].velocity)
+
+    until = robot.clock.now() + 1.5
+    inwards = ToolVelocity(-0.05)
+    robot.jog(lambda: inwards if robot.clock.now() < until else None, on_cycle=observe)
+    assert after.x - robot.pose.x > 0.02
+    assert robot.pose.y == pytest.approx(after.y, abs=3e-3)
+    assert robot.state.positions[2] * elbow > 0.1
+    # Measured, too, the velocity of the elbow does not jump.
+    assert np.abs(np.diff(rates)).max() < 14.0 * robot.period
+
+
+CLEAR = (0.3, 0.2, 0.8, -0.5)
+HELD: dict[str, tuple[tuple[float, ...], JointVelocity | ToolVelocity, JogLimit, bool, str]] = {
+    "joint limit": (
+        (0.3, 0.33, 0.8, -0.5),
+        JointVelocity(j2=0.02),
+        JogLimit.JOINT_LIMIT,
+        True,
+        "held: j2 at its upper limit 0.338 m",
+    ),
+    "joint speed": (
+        CLEAR,
+        ToolVelocity(z=0.05),
+        JogLimit.JOINT_SPEED,
+        False,
+        "slowed: j2 at its highest speed 0.03 m/s",
+    ),
+    "zone": (CLEAR, ToolVelocity(y=0.1), JogLimit.ZONE, True, r"held: \w+ at the margin of wall"),
+    "table": (
+        CLEAR,
+        ToolVelocity(z=-0.03),
+        JogLimit.TABLE,
+        True,
+        r"held: \w+ at the margin of table",
+    ),
+    "self": (
+        (0.3, 0.2, 2.0, 1.5),
+        JointVelocity(j3=0.4, j4=0.6),
+        JogLimit.SELF,
+        True,
+        r"held: \w+ at the margin of (link_1|base_link)",
+    ),
+    "stretched": (
+        (0.3, 0.2, 0.0, 0.0),
+        ToolVelocity(x=0.05),
+        JogLimit.STRETCHED,
+        True,
+        "x, y held: the elbow is straight; move inwards",
+    ),
+    "tool speed": (
+        CLEAR,
+        ToolVelocity(y=0.5),
+        JogLimit.TOOL_SPEED,
+        False,
+        r"slowed: the tool at 0\.185 m/s, the limit at reduced speed or with the load",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", HELD)
+def test_a_jog_that_is_slowed_or_held_says_why(robot: Robot, case: str) -> None:
+    start, velocity, limit, held, text = HELD[case]
+    robot.move_joints(start)
+    x, y = robot.pose[:2]
+    wall = Box("wall", (x - 0.3, y + 0.15, -0.5), (x + 0.3, y + 0.4, 0.9))
+    robot.scene = Scene((wall,) if case == "zone" else (), 0.1 if case == "table" else None)
+    until, seen = robot.clock.now() + (6.0 if held else 0.8), set()
+    try:
+        operation = robot.jog(
+            lambda: velocity if robot.clock.now() < until else None,
+            on_cycle=lambda _: seen.add(operation_of(robot).limitation),
+        )
+    finally:
+        robot.scene = Scene()
+    limitation = operation.limitation
+    assert isinstance(limitation, JogLimitation)
+    assert (limitation.limit, limitation.held) == (limit, held)
+    assert re.fullmatch(text, str(limitation))
+    assert limitation in seen
+    # A velocity that the arm follows has none.
+    robot.move_joints(CLEAR)
+    until = robot.clock.now() + 0.5
+    turn = JointVelocity(j4=0.1)
+    assert robot.jog(lambda: turn if robot.clock.now() < until else None).limitation is None
+
+
+def operation_of(robot: Robot) -> Operation[Any]:
+    (operation,) = robot._arm.operations
+    return operation
 
 
 def test_a_jog_goes_at_the_chosen_share_of_its_velocity(robot: Robot) -> None:

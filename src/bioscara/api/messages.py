@@ -24,6 +24,7 @@ from bioscara.planning import Sample
 from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.report import CycleRecord
 from bioscara.robot.workspace.load import Load
@@ -225,6 +226,7 @@ class GoalValue(Value, frozen=True):
         gripper: How the jaws ended, for their goals.
         duration: Planned duration of its trajectory; NaN without one.
         notes: Notes on its plan for the user.
+        limitation: Why a jog does not fully follow its velocity, or did not at its end; else null.
     """
 
     goal: int
@@ -236,6 +238,7 @@ class GoalValue(Value, frozen=True):
     gripper: GripperValue | None = None
     duration: float = float("nan")
     notes: tuple[str, ...] = ()
+    limitation: JogLimitation | None = None
 
     @property
     def done(self) -> bool:
@@ -1798,6 +1801,8 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
             joint that does not report it, null if none does. Joints with their original firmware
             never do. While joints follow setpoints on a slow bus they take turns, and each value
             may be some cycles old.
+        limitation: Why the running jog does not fully follow its velocity; null if it does, or if
+            none runs.
     """
 
     cycle: int
@@ -1820,6 +1825,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     bus_time: float
     stale: bool = False
     loads: tuple[float, ...] | None = None
+    limitation: JogLimitation | None = None
 
 
 AnyResult = (

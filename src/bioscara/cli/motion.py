@@ -159,6 +159,16 @@ def tool_line(robot: Robot, angles: AngleUnit) -> Caption:
     return line
 
 
+def limitation_line(robot: Robot) -> list[str]:
+    """Return a line with what slows the running jog down or holds it; none if nothing does."""
+    try:
+        limitation = robot.jog_limitation
+    except BioscaraError:
+        # The motion itself reports that the arm cannot be read.
+        return []
+    return [] if limitation is None else [limitation.text]
+
+
 def show_position(robot: Robot, options: Options, output: Output) -> None:
     """Print where the arm is, as words that ``move`` takes."""
     angles = angle_unit(options)

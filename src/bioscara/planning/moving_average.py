@@ -44,6 +44,26 @@ class Average:
         self._integrals = (window * a, window * b, window * c, window * d)
         self._gone = 0.0
 
+    def refill(self, values: Sequence[float], which: Sequence[int]) -> None:
+        """Fill the whole window of some of the four with constant values; the others go on.
+
+        Args:
+            values: The values of all.
+            which: Numbers of those to fill.
+        """
+        parts, passed = self._parts, 0.0
+        self._parts = deque()
+        for lasted, old, integrals in parts:
+            each, sums = list(old), list(integrals)
+            for index in which:
+                each[index], sums[index] = values[index], passed * values[index]
+            self._parts.append((lasted, _four(each), _four(sums)))
+            passed += lasted
+        ends = list(self._integrals)
+        for index in which:
+            ends[index] = passed * values[index]
+        self._integrals = _four(ends)
+
     def ahead(self, values: Array, period: float) -> Array:
         """Return the averages after each of further values, one per period [s], shape (n, 4)."""
         counts = [round(lasted / period) for lasted, _, _ in self._parts]
@@ -80,6 +100,11 @@ class Average:
         )
 
 
+def _four(values: Sequence[float]) -> Values:
+    a, b, c, d = values
+    return a, b, c, d
+
+
 class Smoothed:
     """Moving averages in series, each the average of the one before.
 
@@ -100,6 +125,11 @@ class Smoothed:
         """Fill all windows with constant values."""
         for average in self._averages:
             average.fill(values)
+
+    def refill(self, values: Sequence[float], which: Sequence[int]) -> None:
+        """Fill all windows of some of the four with constant values; the others go on."""
+        for average in self._averages:
+            average.refill(values, which)
 
     def step(self, values: Values, duration: float) -> Values:
         """Advance by constant values over a duration [s]; return the new average."""

@@ -20,6 +20,7 @@ from bioscara.errors import (
     MotionTimeoutError,
     OwnerLostError,
 )
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
 from bioscara.report import CycleRecord, Phase
@@ -162,6 +163,11 @@ class RemoteOperation(Generic[T]):
     def progress(self) -> float:
         """Share of it that is done, 0 to 1; NaN if that is unknown."""
         return self._now().progress
+
+    @property
+    def limitation(self) -> JogLimitation | None:
+        """Why a jog does not fully follow its velocity, as ``Operation.limitation``."""
+        return self._now().limitation
 
     @property
     def paused(self) -> bool:

@@ -42,6 +42,7 @@ from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.jog import JointVelocity
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
@@ -315,6 +316,11 @@ class RemoteRobot:
     def is_moving(self) -> bool:
         """Whether an operation uses the arm or the gripper, of any program."""
         return self._opened and not self._closed and bool(self._sample().moving)
+
+    @property
+    def jog_limitation(self) -> JogLimitation | None:
+        """As ``Robot.jog_limitation``, of a jog of any program."""
+        return self._sample().limitation
 
     @property
     def kinematics(self) -> Scara:

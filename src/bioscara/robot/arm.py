@@ -16,6 +16,8 @@ from bioscara.control.loop.loop import CycleReport
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, NotHomedError
 from bioscara.kinematics import Joints
+from bioscara.planning.motions.elbow_side import ELBOW, bent
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.connection.pacing import PacedClock
@@ -60,6 +62,8 @@ class Arm:
         arbiter: Admits one operation to each device.
         jaws: The widths that the gripper's jaws may have.
         paused: Whether all motions are paused.
+        bent_elbow: Position of j3 when the elbow was bent last, to either side [rad]; None if it
+            was not yet.
         observers: Called at the end of each control cycle, in the thread that runs it; must return
             at once and raise nothing.
     """
@@ -76,6 +80,7 @@ class Arm:
         self.jaws = JawWidths(session.gripper, session.parameters.gripper)
         self.arbiter = Arbiter()
         self.paused = False
+        self.bent_elbow: float | None = None
         self.observers: tuple[Callable[[CycleReport], object], ...] = ()
         self._pace_homing = flag("pace_homing", pace_homing)
         self._pace_motion = flag("pace_motion", pace_motion)
@@ -103,6 +108,11 @@ class Arm:
         """The operations that were admitted and have not ended."""
         running = self.arbiter.running
         return tuple([each for each in self._operations if each.claim in running])
+
+    @property
+    def limitation(self) -> JogLimitation | None:
+        """Why the running jog does not fully follow its velocity; None if it does or none runs."""
+        return next((each.limitation for each in self.operations if each.limitation), None)
 
     @property
     def workspace(self) -> Workspace:
@@ -355,10 +365,17 @@ class Arm:
         if self._operations or idle:
             cycle = self.stack.loop.step(self._stop_at_last)
             self._failures = 0
+            self._watch_elbow()
             for operation in self._operations:
                 operation.observe(cycle)
             for observer in self.observers:
                 observer(cycle)
+
+    def _watch_elbow(self) -> None:
+        """Note to which side the elbow is bent."""
+        states = self.stack.broadcaster.states
+        if states is not None and bent(elbow := states.positions[ELBOW]):
+            self.bent_elbow = elbow
 
     def _interrupt(self, operations: Sequence[Operation[Any]], error: BaseException) -> None:
         """Bring operations to rest after a cycle that raised, or end them if all cycles raise."""

@@ -264,13 +264,16 @@ class Planner:
             acceleration_scaling=acceleration_scaling,
         )
 
-    def jog(self, start: Sequence[float]) -> JogGenerator:
+    def jog(self, start: Sequence[float], *, elbow: float | None = None) -> JogGenerator:
         """Return a jog that starts at rest.
 
         Args:
             start: Joint positions at the start [rad, m, rad, rad].
+            elbow: A position of j3 in which the elbow was bent last [rad]: from straight it bends
+                to that side. None if it is unknown: then to where it has more room.
 
         Raises:
+            InvalidArgumentError: A value is not a finite number.
             TrajectoryError: A joint was pushed beyond a limit.
             ZoneError: The arm's clearance is too small.
         """
@@ -285,6 +288,7 @@ class Planner:
             workspace.surroundings,
             UNPLANNED_SHARE * workspace.commanded_speed,
             workspace.windows,
+            elbow,
         )
 
     def move_linear(

@@ -23,6 +23,7 @@ from bioscara.kinematics.pose import wrapped
 from bioscara.model import ArmParameters, load_parameters, own_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection import exit_guard
@@ -398,6 +399,11 @@ class Robot:
     def is_moving(self) -> bool:
         """Whether an operation uses the arm or the gripper."""
         return bool(self._arm.arbiter.running)
+
+    @property
+    def jog_limitation(self) -> JogLimitation | None:
+        """Why the running jog does not fully follow its velocity; None if it does or none runs."""
+        return self._arm.limitation
 
     @property
     def kinematics(self) -> Scara:
@@ -955,8 +961,9 @@ class Robot:
         """Move by streamed velocities until the stream ends; the arm is then at rest.
 
         Joint limits, the tool's speed limit and zones are respected, with enough distance to stop
-        before them. Commanded velocities are scaled by ``speed_override``. If the source does not
-        answer within 0.15 s, the arm comes to rest.
+        before them; ``limitation`` of the operation says what slows the arm down or holds it.
+        Commanded velocities are scaled by ``speed_override``. If the source does not answer within
+        0.15 s, the arm comes to rest.
 
         Args:
             velocities: Called each cycle: returns a velocity of the joints or of the tool, the

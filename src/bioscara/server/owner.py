@@ -462,7 +462,8 @@ class Owner:
 
     def _report_end(self, goal: ClientGoal) -> None:
         value = goal.value()
-        reason = "" if value.failure is None else f": {value.failure.text}"
+        reasons = [each.text for each in (value.failure, value.limitation) if each is not None]
+        reason = f": {'; '.join(reasons)}" if reasons else ""
         text = f"{value.name} by {value.client} {value.status}{reason}"
         self._event("goal_ended", text, value.client, goal=value)
 

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 
-from bioscara.cli.motion import tool_line
+from bioscara.cli.motion import limitation_line, tool_line
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import Output
@@ -38,7 +38,8 @@ def show_live(robot: Robot, options: Options, output: Output, ended: Callable[[]
     """
     angles, begin = angle_unit(options), robot.state.time
     units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
-    view = make_view(output, units, angles, tool_line(robot, angles))
+    pose = tool_line(robot, angles)
+    view = make_view(output, units, angles, lambda record: [*pose(record), *limitation_line(robot)])
     shown = 0
     try:
         while not ended():

@@ -446,6 +446,7 @@ export interface GoalValue {
   gripper: GripperValue | null;
   duration: number;
   notes: string[];
+  limitation: JogLimitation | null;
 }
 
 export interface GraspTask {
@@ -556,6 +557,17 @@ export interface Introspection {
   kind: "introspection";
   values: Record<string, number>;
   diagnostics: DiagnosticValue[];
+}
+
+export type JogLimit = "change" | "expired" | "folded" | "joint_limit" | "joint_speed" | "self" | "stretched" | "table" | "tool_speed" | "zone";
+
+export interface JogLimitation {
+  limit: JogLimit;
+  held: boolean;
+  name: string;
+  value: number;
+  unit: string;
+  text: string;
 }
 
 export interface JogTask {
@@ -997,6 +1009,7 @@ export interface StateSample {
   bus_time: number;
   stale: boolean;
   loads: number[] | null;
+  limitation: JogLimitation | null;
 }
 
 export interface Statistics {

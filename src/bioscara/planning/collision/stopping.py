@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ from bioscara.planning.arrays import Array
 from bioscara.planning.collision.broad_phase import BroadPhase
 from bioscara.planning.collision.margins import goal_slack
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.collision.scene_pairs import Layout
+from bioscara.planning.collision.scene_pairs import Layout, Pair
 from bioscara.planning.collision.swept import SLACK, refusal
 from bioscara.planning.limits import JointLimits
 
@@ -28,6 +29,20 @@ _SPEED_ROUNDING = 1.0 + 1e-3
 """Factor by which the tool may be faster while it turns: speeds are bounded one step ahead."""
 
 
+class Hindrance(NamedTuple):
+    """Why a step is not possible: a joint's range, two bodies, or else the speed of the tool.
+
+    Attributes:
+        joint: Number of the joint that would leave its range, from 0.
+        upper: Whether at its upper end.
+        pair: The bodies that would come too near to each other.
+    """
+
+    joint: int | None = None
+    upper: bool = False
+    pair: Pair | None = None
+
+
 class StoppingCheck:
     """Check of the stopping paths of one arm in one scene.
 
@@ -39,7 +54,6 @@ class StoppingCheck:
 
     def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
         self._arm = arm
-        self._names = tuple(limit.name for limit in limits)
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
@@ -128,7 +142,9 @@ class StoppingCheck:
         square = period * period / 4.0 + (2.0 * room - moving * period) / a
         if square <= 0.0:
             return 0.0
-        return min(max(a * (math.sqrt(square) - period / 2.0), 0.0), self._fastest[joint])
+        # Nor may it be so fast that it cannot rest at the end of the next period.
+        next_ = min(a * (math.sqrt(square) - period / 2.0), room / period - moving / 2.0)
+        return min(max(next_, 0.0), self._fastest[joint])
 
     def allowed(
         self,
@@ -139,10 +155,10 @@ class StoppingCheck:
         period: float,
         fastest: float,
         ranges: PositionBounds,
-    ) -> tuple[int | None, str]:
+    ) -> tuple[int | None, Hindrance | None]:
         """Return the first step after which the arm can still come to rest, or None.
 
-        Also return the reason why the first step is not possible, ``""`` if it is.
+        Also return the reason why the first step is not possible, None if it is.
 
         Args:
             here: Joints before the step, shape (4,).
@@ -174,15 +190,17 @@ class StoppingCheck:
         speed[:, 1 : samples - 1] += np.abs(np.diff(speed[:, :samples], 2, axis=1)) / 8.0
         slow = np.asarray(speed.max(axis=1) <= fastest * _SPEED_ROUNDING)
         good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
-        hindrance = "" if slow[0] else "tool speed"
+        hindrance = None if slow[0] else Hindrance()
         if not inside[0]:
-            hindrance = f"{self._names[int(beyond[0].argmax())]} limit"
+            joint = int(beyond[0].argmax())
+            upper = (ends[:, 0, joint] > upper[joint] + room[joint]).any()
+            hindrance = Hindrance(joint, bool(upper))
         candidates = np.flatnonzero(good)
         if self._layout is None:
             return (int(candidates[0]) if len(candidates) else None), hindrance
         step, passed = self._step(here, moving, next_, period)
         displacements = np.concatenate((passed, np.abs(np.diff(stop, axis=1))), axis=1)
-        path, zone = np.concatenate((step, stop), axis=1), ""
+        path, zone = np.concatenate((step, stop), axis=1), None
         # Checking zones takes longest. If the first step violates another limit, the first one
         # that violates none is usually clear of zones.
         parts = [candidates] if good[0] else [np.append(0, candidates[:1]), candidates[1:]]
@@ -217,8 +235,10 @@ class StoppingCheck:
         sign = np.sign(moving)[:, None]
         return there[:, None] + sign * (speed - a * time / 2.0) * time, sign * (speed - a * time)
 
-    def _clear(self, path: Array, displacements: Array) -> tuple[npt.NDArray[np.bool_], str]:
-        """Return which paths keep the margin, and the zone that the first path enters.
+    def _clear(
+        self, path: Array, displacements: Array
+    ) -> tuple[npt.NDArray[np.bool_], Hindrance | None]:
+        """Return which paths keep the margin, and what the first path comes too near to.
 
         Args:
             path: Joints, shape (k, m, 4); all paths begin at the arm's present position.
@@ -227,7 +247,7 @@ class StoppingCheck:
         lengths = displacements @ self._broad_phase.reach
         layout = self._broad_phase.candidates(path[0, 0], float(lengths.sum(axis=1).max()))
         if layout is None:
-            return np.ones(len(path), dtype=np.bool_), ""
+            return np.ones(len(path), dtype=np.bool_), None
         exact = self._margin + float(lengths.max())
         pairs = layout.clearances(self._arm, path.reshape(-1, 4), exact)
         # Pairs nearer than the margin at the present position may stay so, but not come nearer.
@@ -236,6 +256,6 @@ class StoppingCheck:
         between = (room[:, :-1] + room[:, 1:] - lengths) / 2.0
         kept = (room >= 0.0).all(axis=1) & (between >= -SLACK).all(axis=1)
         if kept[0]:
-            return kept, ""
+            return kept, None
         nearest = int(rooms[:, : path.shape[1]].min(axis=1).argmin())
-        return kept, layout.pairs[nearest].zone
+        return kept, Hindrance(pair=layout.pairs[nearest])

@@ -5,6 +5,9 @@ every joint with its own acceleration, without violating a joint limit, the tool
 zone's margin. If no share allows it, the arm brakes along the stopping path checked one step
 before. It therefore slows down towards a zone and rests at its border; leaving it is always
 possible.
+
+Where the elbow is straight, x and y of a tool velocity move the wrist only as far as the joints
+can; z and yaw are not slowed down with them.
 """
 
 from __future__ import annotations
@@ -18,21 +21,25 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.arguments import number, numbers, shown
-from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
+from bioscara.errors import InvalidArgumentError, LimitError
 from bioscara.kinematics import Joints, Scara
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.collision.stopping import PositionBounds, StoppingCheck, VelocityBounds
+from bioscara.planning.collision.stopping import (
+    Hindrance,
+    PositionBounds,
+    StoppingCheck,
+    VelocityBounds,
+)
 from bioscara.planning.limits import REDUCED_SPEED, JointLimits
+from bioscara.planning.motions.elbow_side import ElbowSide
+from bioscara.planning.motions.jog_limitation import JogLimit, JogLimitation, LimitCause
 from bioscara.planning.moving_average import Smoothed
 
 EXPIRY = 0.15
 """Validity of a command [s]: the arm must not keep moving when its client disconnects."""
 _FASTEST = 1.0
 """Largest tool velocity accepted as a command [m/s]: a larger one is taken for mm/s."""
-_STRETCHED = 0.02
-"""Elbow angle from stretched or folded that tool velocities keep [rad]: beyond it the elbow would
-change sides."""
 _ROUNDING = 1e-12
 _REST = (0.0,) * 4
 _FOLLOWED = 0.8
@@ -40,11 +47,16 @@ _FOLLOWED = 0.8
 _GENTLE = 0.4
 """Acceleration of the tool when its speed increases and commands are averaged [m/s^2]."""
 _APPROACH = 0.2
-"""Share of its deceleration with which a joint approaches its limits if commands are averaged."""
+"""Share of its deceleration with which a joint approaches its limits if commands are averaged, or
+are those of the tool."""
 _RESTART = 0.8
 """Share of the target velocity below which averaging restarts from the present velocity."""
 _SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
 """Shares of the target velocity that are tried if the whole is not possible."""
+_HELD = 0.02
+"""Share of the command below which what is limited counts as held."""
+_LEVEL = (0, 1)
+"""Numbers of x and y in a velocity of the tool."""
 
 
 class JointVelocity(NamedTuple):
@@ -89,15 +101,13 @@ class JogGenerator:
         scene: Scene to keep clear of; None for no checks.
         tool_speed: Highest speed of the tool [m/s].
         windows: Windows over which commands are averaged, one after the other [s].
+        elbow: A position of j3 in which the elbow was bent last [rad], to whose side a straight
+            one bends; None if it is unknown, see :mod:`~bioscara.planning.motions.elbow_side`.
 
     Attributes:
         tool_speed: As given; may be changed at any time.
         positions: Commanded positions of the joints [rad, m, rad, rad].
         velocities: Commanded velocities of the joints [rad/s, m/s, rad/s, rad/s].
-        reason: Why the arm does not fully follow the command: ``"expired"``, ``"stretched"``,
-            ``"resting"`` between velocities of joints and of the tool, ``"tool speed"``,
-            ``"j1 limit"``, the name of a zone, ``"table"`` or a link of the arm; ``""`` if it
-            does.
 
     Raises:
         LimitError: The start is outside a joint's limits, or the tool speed is not above zero.
@@ -112,6 +122,7 @@ class JogGenerator:
         scene: Scene | None = None,
         tool_speed: float = REDUCED_SPEED,
         windows: Sequence[float] = (),
+        elbow: float | None = None,
     ) -> None:
         start = Joints(*numbers("the start of the jog", start))
         for limit, value in zip(limits, start, strict=True):
@@ -126,7 +137,11 @@ class JogGenerator:
         self._stops = StoppingCheck(arm, limits, scene)
         self.tool_speed = tool_speed
         self.positions, self.velocities = Joints(*start), Joints(0.0, 0.0, 0.0, 0.0)
-        self.reason = ""
+        elbow = None if elbow is None else number("the former elbow of the jog", elbow)
+        self._side = ElbowSide(arm, limits, start, elbow)
+        self._cause: LimitCause | None = None
+        self._level_share, self._wrist_held = 1.0, False
+        self._elbow_speeds = -math.inf, math.inf
         self._velocity: JointVelocity | ToolVelocity = JointVelocity()
         self._since, self._slowed = -math.inf, False
         self._windows = tuple(windows)
@@ -193,7 +208,7 @@ class JogGenerator:
             raise InvalidArgumentError(f"jog: a step of {period:g} s is not above 0")
         target = np.array(self._target(time, period))
         here, moving = np.array(self.positions), np.array(self.velocities)
-        ranges, straight = self._ranges(), self._kind is ToolVelocity
+        ranges, straight = self._ranges(), self._keeps_direction(moving, target, period)
         # An arm that was slowed down before usually still is: then all shares are checked at once.
         for shares in ((1.0, *_SHARES),) if self._slowed else ((1.0,), _SHARES):
             next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
@@ -202,8 +217,8 @@ class JogGenerator:
                 here, moving, there, next_, period, self.tool_speed, ranges
             )
             self._slowed = first is None or shares[first] < 1.0
-            if self._slowed:
-                self.reason = hindrance or self.reason
+            if self._slowed and hindrance is not None:
+                self._cause = self._cause_of_hindrance(hindrance)
             if first is not None:
                 if shares[first] < _RESTART:
                     self._restart_averaging(next_[first].tolist())
@@ -212,15 +227,55 @@ class JogGenerator:
         self._restart_averaging(velocities.tolist())
         return self._set(positions, velocities)
 
+    def _keeps_direction(self, moving: Array, target: Array, period: float) -> bool:
+        """Return whether all joints make the same share of their change: the tool then turns least.
+
+        Not where the elbow has to stop at the end of the reach sooner than the others can.
+        """
+        if self._kind is JointVelocity or not self._side.near(self.positions.j3):
+            return self._kind is ToolVelocity
+        elbow = self._stops.approach(moving, target[None], period, True)[0, 2]
+        low, high = self._elbow_speeds
+        return bool(low - _ROUNDING <= elbow <= high + _ROUNDING)
+
     def _set(self, positions: Array, velocities: Array) -> tuple[Joints, Joints]:
         self.positions = Joints(*positions.tolist())
         self.velocities = Joints(*velocities.tolist())
+        self._side.follow(self.positions.j3, free=self._kind is JointVelocity)
         return self.positions, self.velocities
+
+    @property
+    def limitation(self) -> JogLimitation | None:
+        """Why the arm does not fully follow the command; None if it does, or if that is rest."""
+        cause, command = self._cause, self._velocity
+        if cause is None or not any(command):
+            return None
+        level = self._kind is ToolVelocity and any(command[:2])
+        if cause.level:
+            held = self._level_share < _HELD
+        elif cause.limit in {JogLimit.EXPIRED, JogLimit.CHANGE}:
+            held = True
+        else:
+            shares = [
+                abs(after / before)
+                for after, before in zip(self._as_commanded(self.velocities), command, strict=True)
+                if before
+            ]
+            if self._kind is JointVelocity and cause.joint in self._limits:
+                shares = [abs(self.velocities[self._limits.index(cause.joint)])]
+            held = max(shares) < _HELD
+        return cause.limitation(held, level)
 
     def _restart_averaging(self, velocities: Sequence[float]) -> None:
         """Restart averaging from the present velocity: the reason may vanish at any instant."""
         self._average = self._as_commanded(velocities)
         self._smoothed.fill(self._average)
+
+    def _restart_averaging_level(self) -> None:
+        """Restart averaging of the tool's x and y, likewise; z and yaw are not limited."""
+        x, y, _, _ = self._as_commanded(self.velocities)
+        self._average = [x, y, *self._average[2:]]
+        self._smoothed.refill(self._average, _LEVEL)
 
     def _as_commanded(self, velocities: Sequence[float]) -> Sequence[float]:
         """Convert joint velocities to the kind commanded: of the joints, or of the tool."""
@@ -237,21 +292,16 @@ class JogGenerator:
                 # slowed down: a released arm slows down from the next step on.
                 self._restart_averaging(self.velocities)
             if any(self._velocity):
-                self.reason = "expired"
+                self._cause = LimitCause(JogLimit.EXPIRED)
             return _REST
         kind = type(self._velocity)
-        if kind is ToolVelocity and self._rates(ahead, self._velocity) is None:
-            self.reason = "stretched"
-            kind = JointVelocity
         if kind is not self._kind:
-            if self._windows and any(self.velocities) and not self.reason:
+            if self._windows and any(self.velocities):
                 # A smooth motion of the tool is not smooth for the joints, and vice versa.
-                self.reason = "resting"
+                self._cause = LimitCause(JogLimit.CHANGE)
                 return _REST
             self._kind = kind
             self._restart_averaging(self.velocities)
-        if self.reason:
-            return _REST
         if self._kind is JointVelocity:
             # The command takes effect over all averages, during which the arm may extend.
             speed = max(
@@ -274,15 +324,12 @@ class JogGenerator:
         """
         if speed <= self.tool_speed:
             return tuple(velocity)
-        self.reason = self.reason or "tool speed"
+        self._cause = self._cause or LimitCause(JogLimit.TOOL_SPEED, speed=self.tool_speed)
         return tuple([value * self.tool_speed / speed for value in velocity])
 
-    def _rates(self, positions: Sequence[float], velocity: Sequence[float]) -> Joints | None:
-        """Return the joint velocities for a velocity of the tool, None on a stretched arm."""
-        try:
-            return self._arm.rates(positions, velocity)
-        except UnreachableError:
-            return None
+    def _rates(self, positions: Sequence[float], velocity: Sequence[float]) -> Joints:
+        """Return the joint velocities for a velocity of the tool."""
+        return self._arm.rates(self._side.regular(positions), velocity)
 
     def _rate_limited(self, command: Sequence[float], ahead: Sequence[float]) -> Sequence[float]:
         """Return the command, its change bounded to one that the joints can follow.
@@ -312,24 +359,39 @@ class JogGenerator:
         """
         if not any(change):
             return change
-        rates = change if self._kind is JointVelocity else self._rates(ahead, change)
-        if rates is None:
-            return change
+        if self._kind is JointVelocity:
+            return _shared(change, self._needed(change, ahead, gentle))
+        if not self._side.near(ahead[2]):
+            return _shared(change, self._needed(self._rates(ahead, change), ahead, gentle))
+        # Here x and y change slowly, and z and yaw do not wait: the wrist's axis need not move.
+        x, y, z, yaw = change
+        needed = self._needed(self._rates(ahead, (x, y, 0.0, 0.0)), ahead, gentle)
+        if needed > 1.0:
+            self._cause = self._cause or self._at_end_of_reach()
+        x, y, _, _ = _shared([x, y, 0.0, 0.0], needed)
+        needed = self._needed((0.0, z, 0.0, yaw), ahead, gentle)
+        _, _, z, yaw = _shared([0.0, 0.0, z, yaw], needed)
+        return [x, y, z, yaw]
+
+    def _needed(self, rates: Sequence[float], ahead: Sequence[float], gentle: float) -> float:
+        """Return the duration of a change of joint velocities, in windows of the first average."""
         window = self._windows[0]
-        share = max(
+        return max(
             self._arm.tool_speed(ahead, rates) / (gentle * window),
             *[
                 abs(rate) / (_FOLLOWED * limit.max_acceleration * window)
                 for rate, limit in zip(rates, self._limits, strict=True)
             ],
         )
-        return change if share <= 1.0 else [each / share for each in change]
 
     def _target(self, time: float, period: float) -> tuple[float, ...]:
         """Return the target joint velocities, within limits of joints and tool."""
-        self.reason = ""
+        self._wrist_held = self._level_share == 0.0
+        self._cause, self._level_share = None, 1.0
+        self._elbow_speeds = -math.inf, math.inf
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
-        a, b, c, d = self._rate_limited(self._command_now(time, ahead), ahead)
+        wanted_now = self._command_now(time, ahead)
+        a, b, c, d = self._rate_limited(wanted_now, ahead)
         before = self._average
         self._average = command = self._smoothed.step((a, b, c, d), period)
         self._accelerating = any(
@@ -337,16 +399,17 @@ class JogGenerator:
         )
         if not any(command):
             return _REST
-        share = _APPROACH if self._windows else 1.0
+        # A joint that keeps the tool on its line cannot brake faster than the others permit.
+        share = _APPROACH if self._windows or self._kind is ToolVelocity else 1.0
         bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period, share)
+        self._elbow_speeds = bounds[0][2], bounds[1][2]
         if self._kind is JointVelocity:
             wanted = self._clipped(command, bounds)
         else:
             rates = self._rates(ahead, command)
-            if rates is None:
-                self.reason = "stretched"
-                self._restart_averaging(self.velocities)
-                return _REST
+            # A released tool stays on its line to the end, where it can.
+            if any(wanted_now) or self._side.near(ahead[2]):
+                rates = self._level_limited(rates, bounds, wanted_now)
             wanted = self._scaled(rates, bounds)
         return self._within_tool_speed(wanted, self._arm.tool_speed(ahead, wanted))
 
@@ -355,31 +418,112 @@ class JogGenerator:
         lower = [limit.lower for limit in self._limits]
         upper = [limit.upper for limit in self._limits]
         if self._kind is ToolVelocity:
-            elbow = self.positions.j3
-            # Half turns: at each the arm is stretched or folded.
-            side = math.pi * math.floor(elbow / math.pi)
-            lower[2] = max(lower[2], min(elbow, side + _STRETCHED))
-            upper[2] = min(upper[2], max(elbow, side + math.pi - _STRETCHED))
+            low, high = self._side.range
+            lower[2], upper[2] = max(lower[2], low), min(upper[2], high)
         return np.array(lower), np.array(upper)
 
     def _clipped(self, wanted: Sequence[float], bounds: VelocityBounds) -> tuple[float, ...]:
         result = []
-        for limit, value, low, high in zip(self._limits, wanted, *bounds, strict=True):
+        for index, (value, low, high) in enumerate(zip(wanted, *bounds, strict=True)):
             result.append(min(max(value, low), high))
             if result[-1] != value:
-                self.reason = f"{limit.name} limit"
+                self._cause = self._cause_of_bound(index, value, bounds)
         return tuple(result)
+
+    def _level_limited(
+        self, rates: Joints, bounds: VelocityBounds, wanted: Sequence[float]
+    ) -> Joints:
+        """Return rates whose part for the wrist's axis is limited alone where the reach ends.
+
+        Elsewhere all rates are limited together. Turning the hand and the lift go on.
+
+        Args:
+            rates: Velocities of the joints for the averaged command.
+            bounds: Of these.
+            wanted: The command.
+        """
+        share, near = 1.0, self._side.near(self.positions.j3)
+        if near and self._wrist_waits(rates, wanted):
+            share, self._level_share, self._cause = 0.0, 0.0, self._at_end_of_reach()
+        for index in (0, 2):
+            value, most = rates[index], _most(rates[index], bounds, index)
+            if abs(value) * share <= most + _ROUNDING:
+                continue
+            cause = self._cause_of_bound(index, value, bounds)
+            if near or cause.limit in {JogLimit.STRETCHED, JogLimit.FOLDED}:
+                share = most / abs(value)
+                fast = cause.limit is JogLimit.JOINT_SPEED
+                self._level_share = 1.0 if fast else share
+                self._cause = (self._at_end_of_reach() if fast else cause)._replace(level=True)
+        if share == 1.0:
+            return rates
+        if share < _RESTART:
+            self._restart_averaging_level()
+        j1, j2, j3, j4 = rates
+        return Joints(share * j1, j2, share * j3, j4 + (1.0 - share) * (j1 + j3))
+
+    def _wrist_waits(self, rates: Joints, wanted: Sequence[float]) -> bool:
+        """Return whether the wrist's axis stands: averages of x and y lag behind that of yaw.
+
+        Args:
+            rates: Velocities of the joints for the averaged command.
+            wanted: The command.
+        """
+        if not any(wanted):
+            return self._wrist_held
+        elbow = self._rates(self.positions, wanted).j3
+        return elbow * rates.j3 < 0.0 and self._side.ends(self.positions.j3, elbow)
 
     def _scaled(self, wanted: Sequence[float], bounds: VelocityBounds) -> tuple[float, ...]:
         """Return all velocities times one share, so that the tool keeps its direction."""
         share = 1.0
-        for index, (value, low, high) in enumerate(zip(wanted, *bounds, strict=True)):
-            most = max(high, 0.0) if value > 0.0 else max(-low, 0.0)
+        for index, value in enumerate(wanted):
+            most = _most(value, bounds, index)
             if abs(value) * share > most + _ROUNDING:
                 share = most / abs(value)
-                limit, up = self._limits[index], value > 0.0
-                own = self._ranges()[int(up)][index] == (limit.upper if up else limit.lower)
-                self.reason = f"{limit.name} limit" if own else "stretched"
+                self._cause = self._cause_of_bound(index, value, bounds)
         if share < _RESTART:
             self._restart_averaging(self.velocities)
         return tuple(value * share for value in wanted)
+
+    def _at_end_of_reach(self) -> LimitCause:
+        folded = self._side.folded(self.positions.j3)
+        return LimitCause(JogLimit.FOLDED if folded else JogLimit.STRETCHED, level=True)
+
+    def _cause_of_bound(self, index: int, value: float, bounds: VelocityBounds) -> LimitCause:
+        """Return why a joint may not have a velocity.
+
+        Args:
+            index: Number of the joint, from 0.
+            value: The velocity.
+            bounds: Of the velocities.
+        """
+        limit, upper = self._limits[index], value > 0.0
+        if _most(value, bounds, index) >= limit.max_velocity:
+            return LimitCause(JogLimit.JOINT_SPEED, limit)
+        return self._cause_of_range(index, upper)
+
+    def _cause_of_range(self, index: int, upper: bool) -> LimitCause:
+        """Return the cause for a joint that may not leave its range."""
+        limit = self._limits[index]
+        if self._ranges()[int(upper)][index] != (limit.upper if upper else limit.lower):
+            return self._at_end_of_reach()
+        return LimitCause(JogLimit.JOINT_LIMIT, limit, upper)
+
+    def _cause_of_hindrance(self, hindrance: Hindrance) -> LimitCause:
+        if hindrance.pair is not None:
+            return LimitCause.of_pair(hindrance.pair)
+        if hindrance.joint is not None:
+            return self._cause_of_range(hindrance.joint, hindrance.upper)
+        return LimitCause(JogLimit.TOOL_SPEED, speed=self.tool_speed)
+
+
+def _most(value: float, bounds: VelocityBounds, index: int) -> float:
+    """Return the highest speed of a joint in the direction of a velocity."""
+    low, high = bounds
+    return max(high[index], 0.0) if value > 0.0 else max(-low[index], 0.0)
+
+
+def _shared(change: list[float], needed: float) -> list[float]:
+    """Return the share of a change that is possible in the time of one of ``needed``."""
+    return change if needed <= 1.0 else [each / needed for each in change]

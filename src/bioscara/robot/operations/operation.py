@@ -20,6 +20,7 @@ from bioscara.errors import (
     MotionTimeoutError,
     NotSupportedError,
 )
+from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.operations.arbiter import ARM, Claim, Device
 from bioscara.robot.operations.cycle_recorder import CycleRecorder
@@ -79,6 +80,9 @@ class Operation(ABC, Generic[T]):
         name: As given.
         claim: Its claim to the devices.
         error: Why it ended early; None otherwise.
+        limitation: Why a jog does not fully follow its velocity: its joints, its surroundings, the
+            speed limit or the end of its reach. None if it does, at rest and for other operations.
+            After the end, as it was when the velocities ended.
 
     Raises:
         InvalidArgumentError: The timeout is not above zero, or ``on_cycle`` cannot be called.
@@ -99,6 +103,7 @@ class Operation(ABC, Generic[T]):
         if on_cycle is not None:
             function("on_cycle", on_cycle)
         self.error: BaseException | None = None
+        self.limitation: JogLimitation | None = None
         self._on_cycle = on_cycle
         self._recorder: CycleRecorder | None = None
         self._interruption: BaseException | None = None

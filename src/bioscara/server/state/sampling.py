@@ -87,6 +87,7 @@ class Sampler:
             "fault": stack.supervisor.state.value,
             "paused": arm.paused,
             "speed_override": arm.speed_override,
+            "limitation": arm.limitation,
             "moving": tuple([each.name for each in arm.operations if each.devices]),
         }
 

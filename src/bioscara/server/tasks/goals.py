@@ -75,6 +75,7 @@ class ClientGoal:
             gripper_value(result) if isinstance(result, GripperResult) else None,
             duration,
             notes,
+            operation.limitation,
         )
 
     @property

@@ -118,6 +118,42 @@ def test_q_during_a_step_ends(arm: SimulatedArm, user: int) -> None:
     assert not any(arm.has_torque(name) for name in JOINTS)
 
 
+def test_the_table_says_why_the_arm_is_held(
+    arm: SimulatedArm, user: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown, screen = bytearray(), pty.openpty()
+    reader = threading.Thread(target=_read_all, args=(screen[0], shown))
+    reader.start()
+    monkeypatch.setenv("TERM", "xterm")
+    held = b"x, y held: the elbow is straight; move inwards"
+
+    def keys() -> Iterator[bytes]:
+        # The unfolded arm points to negative x.
+        while held not in shown:
+            yield b"s"
+        height = arm.position("j2")
+        while abs(arm.position("j2") - height) < 0.002:
+            yield b"f"
+        while True:
+            yield b"q"
+
+    with os.fdopen(screen[1], "w") as file:
+        monkeypatch.setattr(sys, "stdout", file)
+        with typing(user, keys()):
+            assert main(["jog"], paced=False) == 0
+    reader.join()
+    os.close(screen[0])
+    assert held in shown
+    assert arm.position("j3") == pytest.approx(0.0, abs=2e-3)
+
+
+def _read_all(descriptor: int, into: bytearray) -> None:
+    # A terminal whose other side is closed raises an error.
+    with suppress(OSError):
+        while part := os.read(descriptor, 4096):
+            into.extend(part)
+
+
 def test_without_a_terminal_nothing_is_opened(
     arm: SimulatedArm, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position, tool_line
+from bioscara.cli.motion import (
+    Progress,
+    carry_out,
+    limitation_line,
+    opened_arm,
+    show_position,
+    tool_line,
+)
 from bioscara.cli.opened_arm import arrange
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
@@ -42,7 +49,7 @@ def run(options: Options) -> int:
         pose = tool_line(robot, angle_unit(options))
 
         def caption(record: CycleRecord) -> Sequence[str]:
-            return [*pose(record), *keys.lines()]
+            return [*pose(record), *limitation_line(robot), *keys.lines()]
 
         def motion(progress: Progress) -> None:
             progress.phase("homing the joints that are not homed")

@@ -68,12 +68,15 @@ class Jog(Operation[None]):
         yield from ready(arm, self)
         guards = stack.manager.limiter.joints
         planner = Planner(arm.workspace, arm.positions)
-        stack.jog.jog = planner.jog([guards[name].here for name in planner.joint_names])
+        here = [guards[name].here for name in planner.joint_names]
+        stack.jog.jog = jog = planner.jog(here, elbow=arm.bent_elbow)
         stack.use(JOG, clock.now())
         ended, since = False, math.inf
 
         def done() -> bool:
             nonlocal ended, since
+            if not ended:
+                self.limitation = jog.limitation
             now, velocity = clock.now(), None if ended else self.velocities()
             ended = velocity is None
             if velocity is None:

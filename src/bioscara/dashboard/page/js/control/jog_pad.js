@@ -52,6 +52,8 @@ export function buildJog(app) {
   const reader = new GamepadReader();
   const moving = h("span", { class: "jog-speed number" });
   let stepping = false;
+  /** Why the arm does not fully follow the latest hold; empty if it does. */
+  let limitation = "";
   const actions = {
     /** @param {string} source @param {number} axis @param {number} sign */
     press(source, axis, sign) {
@@ -113,6 +115,10 @@ export function buildJog(app) {
       axisChoice.show(index, words);
     });
     for (const element of [pad, axisChoice.element]) element.classList.toggle("old", !arm.fresh);
+    if (hold.state === "running") {
+      limitation = sample?.limitation?.text ?? "";
+      showHold();
+    }
     const speed = hold.active ? toolSpeed(former, sample) : NaN;
     setText(moving, Number.isNaN(speed) ? "" : text("jog.moving", { speed: number(speed / MM, 0) }));
     former = sample;
@@ -122,9 +128,17 @@ export function buildJog(app) {
     const { dataset } = document.documentElement;
     if (hold.active) dataset.pressed = "true";
     else delete dataset.pressed;
-    setText(status, hold.active ? text("jog.held") : hold.why ? text("jog.ended", { why: hold.why }) : "");
-    status.classList.toggle("warn", !hold.active && hold.why !== "");
+    if (hold.state === "waiting" || hold.state === "starting") limitation = "";
+    showHold();
     refresh();
+  }
+
+  function showHold() {
+    const words = [limitation];
+    if (!hold.active && hold.why) words.unshift(text("jog.ended", { why: hold.why }));
+    const shown = words.filter(Boolean).join(" ");
+    setText(status, shown || (hold.active ? text("jog.held") : ""));
+    status.classList.toggle("warn", shown !== "");
   }
 
   /** @param {string} why */
