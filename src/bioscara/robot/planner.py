@@ -196,8 +196,8 @@ class Planner:
             if error.zone in ("base_link", "link_1"):
                 # Not this very call again.
                 error.remedy = (
-                    "jog j3 or j4 to where the way is free, or disable() the arm and open the elbow by "
-                    "hand"
+                    "jog j3 or j4 to where the way is free, or disable() the arm and open the "
+                    "elbow by hand"
                 )
             raise
 
