@@ -78,6 +78,7 @@ LINK = "tests/remote/test_link.py"
 WEB_ROUTES = ("tests/web/test_every_route.py",)
 WEB_ANSWERS = ("tests/web/routes/dashboard/test_dashboard_routes.py",)
 WEB_SIGN_IN = ("tests/web/access/test_sign_in.py",)
+PAUSES = ("tests/server/clients/test_pauses.py",)
 WEB_RELAY = ("tests/web/owner/test_relay.py",)
 WEB_TOKENS = ("tests/web/access/test_tokens.py",)
 WEB_GATEWAY = ("tests/web/test_gateway.py",)
@@ -1951,6 +1952,27 @@ MUTANTS = (
         "needed <= self._client.scope",
         "True",
         WEB_RELAY,
+    ),
+    Mutant(
+        "web: a viewer cannot lift its pause",
+        "Relay._as_author",
+        "required_scope(m.Resume()) <= self._client.scope",
+        "True",
+        WEB_RELAY,
+    ),
+    Mutant(
+        "a pause is lifted by its author",
+        "Pauses.lift",
+        "commands or self._is_author(client, key)",
+        "True",
+        PAUSES,
+    ),
+    Mutant(
+        "a namesake lifts no pause of a connected client",
+        "Pauses._is_author",
+        " and not author.client.connected",
+        "",
+        PAUSES,
     ),
     Mutant(
         "web: a command that is not listed is for administrators",

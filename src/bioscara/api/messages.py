@@ -731,13 +731,24 @@ class ResumeGoal(Command, frozen=True, tag="resume_goal"):
 
 
 class Pause(Command, frozen=True, tag="pause"):
-    """Bring all motion to rest on its path, until :class:`Resume`; needs no lease."""
+    """Bring all motion to rest on its path; needs no lease.
+
+    It lasts until :class:`Resume` or a stop, also when its client disconnects. A client of the same
+    name may then lift it in its place.
+
+    Attributes:
+        may_resume: Whether its client may lift it; a gateway sends false for one that may not
+            operate the arm.
+    """
+
+    may_resume: bool = True
 
 
 class Resume(Command, frozen=True, tag="resume"):
-    """Continue the motion that was paused."""
+    """Lift the pause of this client; all pauses, if it holds the lease. Needs no lease.
 
-    needs_lease: ClassVar[bool] = True
+    Motion continues when no pause is left. Refused if the arm is paused by others alone.
+    """
 
 
 class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
@@ -1780,6 +1791,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
         enabled: Whether the motors are energised.
         fault: ``clear``, ``stopping``, ``latched`` or ``acknowledged``.
         paused: Whether all motion is paused.
+        paused_by: Names of the clients that paused it, oldest first.
         speed_override: Share of the planned speed.
         moving: Names of the operations that use the arm or the gripper.
         late: How much later than due the cycle began.
@@ -1812,6 +1824,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     bus_time: float
     stale: bool = False
     loads: tuple[float, ...] | None = None
+    paused_by: tuple[str, ...] = ()
 
 
 AnyResult = (

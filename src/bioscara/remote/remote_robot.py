@@ -490,12 +490,30 @@ class RemoteRobot:
         self._ask(m.StopAll(), m.Done)
 
     def pause(self) -> None:
-        """Bring all motion to rest on its path until :meth:`resume`; needs no lease."""
+        """Bring all motion to rest on its path until :meth:`resume`; needs no lease.
+
+        Each program that pauses has to resume; a pause stays when its program ends. The program
+        with the lease lifts all pauses.
+        """
         self._ask(m.Pause(), m.Done)
 
     def resume(self) -> None:
-        """Continue the motion that was paused; does nothing if none was."""
-        self._command(m.Resume())
+        """Lift the pause of this program; all pauses, if it commands the arm.
+
+        Motion continues when no pause is left. Does nothing if the arm is not paused. Needs no
+        lease; where others alone have paused and no program commands the arm, it takes the lease.
+
+        Raises:
+            LeaseError: Others have paused, and another program commands the arm; names those who
+                can resume.
+        """
+        try:
+            self._ask(m.Resume(), m.Done)
+        except LeaseError as error:
+            if error.holder:
+                raise
+            self._lease.epoch()
+            self._ask(m.Resume(), m.Done)
 
     def enable(self) -> None:
         """Enable all joints at their positions; errors as ``Robot.enable``."""

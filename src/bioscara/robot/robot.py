@@ -317,11 +317,11 @@ class Robot:
         A motion begun during a pause waits for it; ``warnings`` say so. Homing that has begun
         and the jaws are not paused: :meth:`stop` ends them.
         """
-        self._arm.paused = True
+        self._arm.pause()
 
     def resume(self) -> None:
         """Continue the motion that was paused; does nothing if none was."""
-        self._arm.paused = False
+        self._arm.resume()
 
     @property
     def joints(self) -> tuple[Joint, ...]:

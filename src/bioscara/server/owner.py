@@ -34,6 +34,7 @@ from bioscara.server import log
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.clients.events import Events
 from bioscara.server.clients.lease import Lease
+from bioscara.server.clients.pauses import Pauses, joined
 from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.overlay_file import OverlayFile
@@ -141,6 +142,7 @@ class Owner:
         self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
+        self._pauses = Pauses(self._arm, self.lease)
         self._simulation = Simulation(
             self._arm, lambda text: post(lambda: self._event("simulation", text))
         )
@@ -465,14 +467,19 @@ class Owner:
         self.goals.get(command.goal).operation.resume()
         return m.Done()
 
-    def _pause(self, client: Client, *_: object) -> m.Done:
-        self.robot.pause()
+    def _pause(self, client: Client, command: m.Pause, _: int) -> m.Done:
+        self._pauses.begin(client, may_resume=command.may_resume)
         self._event("pause", f"{client.name} paused all motion", client.name)
         return m.Done()
 
     def _resume(self, client: Client, *_: object) -> m.Done:
-        self.robot.resume()
-        self._event("resume", f"{client.name} resumed the motion", client.name)
+        self.expire()
+        if not self._pauses.lift(client):
+            return m.Done()
+        text = f"{client.name} resumed the motion"
+        if left := self._arm.pauses.values():
+            text = f"{client.name} lifted its pause; motion stays paused by {joined([*left])}"
+        self._event("resume", text, client.name)
         return m.Done()
 
     def _set_speed_override(self, client: Client, command: m.SetSpeedOverride, _: int) -> m.Done:

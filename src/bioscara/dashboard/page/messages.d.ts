@@ -757,6 +757,7 @@ export interface ParametersState {
 
 export interface Pause {
   kind: "pause";
+  may_resume?: boolean;
 }
 
 export interface PauseGoal {
@@ -992,6 +993,7 @@ export interface StateSample {
   bus_time: number;
   stale: boolean;
   loads: number[] | null;
+  paused_by: string[];
 }
 
 export interface Statistics {

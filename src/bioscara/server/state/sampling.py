@@ -85,7 +85,8 @@ class Sampler:
             "width": arm.jaws.commanded,
             "enabled": stack.arm.state is LifecycleState.ACTIVE,
             "fault": stack.supervisor.state.value,
-            "paused": arm.paused,
+            "paused": bool(pauses := arm.pauses),
+            "paused_by": tuple(pauses.values()),
             "speed_override": arm.speed_override,
             "moving": tuple([each.name for each in arm.operations if each.devices]),
         }
