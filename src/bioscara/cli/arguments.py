@@ -33,11 +33,14 @@ _RECORDINGS = Path("recordings")
 """Folder of the recordings, unless another one is given."""
 _FOLDERS = {
     "motion": {"run", "plan", "move", "home", "jog", "gripper", "power", "faults"},
-    "serving": {"serve", "owners", "stop", "monitor", "record", "view", "web", "ros"},
+    "serving": {"serve", "owners", "stop", "pause", "monitor", "record", "view", "web", "ros"},
     "setup": {"joints", "flash", "poses", "tools", "simulate"},
 }
 """Modules of the commands by their folders in ``commands/``."""
-_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", "ros", *_OF_OWNERS}
+_WITHOUT_PARAMETERS = {
+    *("simulate", "poses", "tools", "stop", "pause", "resume", "record", "web", "ros"),
+    *_OF_OWNERS,
+}
 """Commands that load no parameters, or leave it to their actions."""
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 _LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
@@ -451,6 +454,20 @@ def _add_serve_command(commands: Parser) -> None:
 def _add_owner_commands(commands: Parser) -> None:
     stop = _add_command(commands, "stop", "Stop the motion of an arm, or of all that are served.")
     stop.add_argument("name", metavar="NAME", nargs="?", help="name of the arm (default: all)")
+    pause = _add_command(
+        commands,
+        "pause",
+        "Bring the motion of an arm, or of all that are served, to rest on its path until "
+        "'bioscara resume'.",
+    )
+    pause.add_argument("--arm", metavar="NAME", help="name of the arm (default: all)")
+    resume = _add_command(
+        commands,
+        "resume",
+        "Lift the pause of this user, and where no client commands the arm those of all.",
+        "pause",
+    )
+    _add_arm(resume)
     texts = {
         "arms": "List the arms that are served, their processes and their states.",
         "status": "Show the state, the motion, the lease and the faults of an arm.",

@@ -1,4 +1,4 @@
-"""Pauses of several clients: each keeps the arm at rest until its author or the commander lifts it."""
+"""Pauses of several clients: each lasts until its author or the client with the lease lifts it."""
 
 from __future__ import annotations
 

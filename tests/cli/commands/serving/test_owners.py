@@ -167,6 +167,47 @@ def test_stop_is_confirmed_and_names_what_it_could_not_stop(
     assert "no owner of arm lefd runs; there are left" in err
 
 
+def test_a_user_pauses_and_resumes_while_a_program_commands(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Robot.connect("arm:left") as robot:
+        robot.acquire_lease()
+        status, out, _ = said(capsys, "pause")
+        assert (status, out) == (
+            0,
+            "left is paused; continue with: bioscara resume --arm left\n",
+        )
+        user = arm.robot.arm.pauses.values()
+        assert re.search(rf"^state: .*paused by {re.escape(*user)}", said(capsys, "status")[1], re.M)
+        robot_of_another = Robot.connect("arm:left").open()
+        robot_of_another.pause()
+        status, out, _ = said(capsys, "resume", "--arm", "left")
+        (other,) = arm.robot.arm.pauses.values()
+        assert (status, out) == (0, f"left stays paused by {other}\n")
+        status, _, err = said(capsys, "resume")
+        assert status == 2
+        assert f"paused by '{other}'; {other} or the holder of the lease, '" in err
+        robot_of_another.close()
+    status, out, _ = said(capsys, "resume")
+    assert (status, out) == (0, "left continues\n")
+    assert arm.owner.lease.client == ""
+    assert said(capsys, "resume")[:2] == (0, "left is not paused\n")
+
+
+def test_a_pause_without_a_name_is_of_all_arms_and_one_is_resumed(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serving(Robot.simulated(), ServeSettings("right", "sim", speed=50.0)) as right:
+        status, out, _ = said(capsys, "pause")
+        assert (status, len(out.splitlines())) == (0, 2)
+        assert right.robot.arm.paused
+        status, _, err = said(capsys, "resume")
+        assert (status, "choose one with --arm NAME" in err) == (2, True)
+        said(capsys, "resume", "--arm", "right")
+        assert (arm.robot.arm.paused, right.robot.arm.paused) == (True, False)
+        said(capsys, "resume", "--arm", "left")
+
+
 def test_stop_imports_the_standard_library_only() -> None:
     # pytest's own modules are not in a new process.
     program = (
