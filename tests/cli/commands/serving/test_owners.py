@@ -178,7 +178,9 @@ def test_a_user_pauses_and_resumes_while_a_program_commands(
             "left is paused; continue with: bioscara resume --arm left\n",
         )
         user = arm.robot.arm.pauses.values()
-        assert re.search(rf"^state: .*paused by {re.escape(*user)}", said(capsys, "status")[1], re.M)
+        assert re.search(
+            rf"^state: .*paused by {re.escape(*user)}", said(capsys, "status")[1], re.M
+        )
         robot_of_another = Robot.connect("arm:left").open()
         robot_of_another.pause()
         status, out, _ = said(capsys, "resume", "--arm", "left")
