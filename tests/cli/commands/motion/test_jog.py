@@ -146,13 +146,15 @@ def test_p_pauses_a_motion_and_c_continues_it(
             yield b""
 
     sequence = tmp_path / "steps.yaml"
-    sequence.write_text(
-        "schema: 1\nsteps:\n- {kind: move_joints, joints: {j1: 0.3, j2: 0.2, j3: 0.5, j4: 0.0}}\n...\n"
-    )
+    goal = "{j1: 0.3, j2: 0.2, j3: 0.5, j4: 0.0}"
+    sequence.write_text(f"schema: 1\nsteps:\n- {{kind: move_joints, joints: {goal}}}\n...\n")
     trajectory = tmp_path / "slow.csv"
     trajectory.write_text("time,j1\n0,0.0\n20,0.3\n")
-    goal = ("--joints", "0.3", "0.2", "0.5", "0", "--speed", "0.05")
-    words = {"move": ("move", *goal), "run": ("run", str(trajectory), "--out", str(tmp_path / "o"))}
+    target = ("--joints", "0.3", "0.2", "0.5", "0", "--speed", "0.05")
+    words = {
+        "move": ("move", *target),
+        "run": ("run", str(trajectory), "--out", str(tmp_path / "o")),
+    }
     words["run a sequence"] = ("run", str(sequence))
     with typing(user, keys()):
         assert main(words[command], paced=False) == 0
