@@ -289,6 +289,11 @@ class RemoteRobot:
         return not any(map(math.isnan, self.state.positions))
 
     @property
+    def paused_by(self) -> tuple[str, ...]:
+        """Names of the clients that paused all motion; motion continues when none is left."""
+        return self._sample().paused_by
+
+    @property
     def is_enabled(self) -> bool:
         """Whether the motors of the joints are energised."""
         return self._opened and not self._closed and self._sample().enabled

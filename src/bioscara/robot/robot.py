@@ -324,6 +324,14 @@ class Robot:
         self._arm.resume()
 
     @property
+    def paused_by(self) -> tuple[str, ...]:
+        """Names of the programs that paused all motion: of this one, and of clients if it serves.
+
+        Motion continues when none is left.
+        """
+        return tuple(self._arm.pauses.values())
+
+    @property
     def joints(self) -> tuple[Joint, ...]:
         """The drivers of the joints."""
         return self._arm.session.arm.joints

@@ -77,14 +77,14 @@ class Pauses:
 
     def _refusal(self, pauses: dict[str, str]) -> str:
         """Return who paused and who can resume."""
-        words, able = [], []
+        words, able, holder = [], [], self._lease.client
         for key, name in pauses.items():
             author = self._authors.get(key)
             gone = author is not None and not author.client.connected
             words.append(f"'{name}' (not connected)" if gone else f"'{name}'")
-            if author is not None and author.may_resume:
+            if author is not None and author.may_resume and name != holder:
                 able.append(name)
-        paused, holder = f"paused by {joined(words)}", self._lease.client
+        paused = f"paused by {joined(words)}"
         if not holder:
             taker = "the client that takes the lease"
             able_words = f"{joined(able)} can resume, or {taker}" if able else f"{taker} can resume"
