@@ -569,26 +569,6 @@ class DetachTask(WorkspaceChange, frozen=True, kw_only=True, tag="detach"):
     """Declare that the tool carries nothing."""
 
 
-class SimulateFault(Task, frozen=True, tag="simulate_fault"):
-    """Let a simulated arm fail; refused on a real one.
-
-    Attributes:
-        fault: Of a joint ``reset``, ``power``, ``hang``, ``overheat``, ``freeze_encoder``,
-            ``obstacle``, ``clear_obstacles`` or ``push``; of the arm ``motor_power``,
-            ``brown_out``, ``bus_flips``, ``bus_loss`` or ``bus_stuck``; or ``clear``, which ends
-            all that last.
-        joint: The joint; not used by those of the arm.
-        value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
-            Position of an obstacle; force or torque of a push; time without motor supply of a
-            brown-out, 0.01 to 10 s; share of flipped bits, 0 to 0.01; share of lost exchanges,
-            0 to 1.
-    """
-
-    fault: str
-    joint: str = ""
-    value: float = 1.0
-
-
 AnyTask = (
     Motion
     | HomeTask
@@ -612,7 +592,6 @@ AnyTask = (
     | SetReducedSpeed
     | AttachTask
     | DetachTask
-    | SimulateFault
 )
 
 
@@ -765,6 +744,28 @@ class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
 
 class StopAll(Command, frozen=True, tag="stop"):
     """Stop all motion on its path; needs no lease, and revokes that of another client."""
+
+
+class SimulateFault(Command, frozen=True, tag="simulate_fault"):
+    """Let a simulated arm fail, also while it moves; refused on a real one. Needs no lease.
+
+    Answered by :class:`Done` once the arm fails.
+
+    Attributes:
+        fault: Of a joint ``reset``, ``power``, ``hang``, ``overheat``, ``freeze_encoder``,
+            ``obstacle``, ``clear_obstacles`` or ``push``; of the arm ``motor_power``,
+            ``brown_out``, ``bus_flips``, ``bus_loss`` or ``bus_stuck``; or ``clear``, which ends
+            all that last.
+        joint: The joint; not used by those of the arm.
+        value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
+            Position of an obstacle; force or torque of a push; time without motor supply of a
+            brown-out, 0.01 to 10 s; share of flipped bits, 0 to 0.01; share of lost exchanges,
+            0 to 1. Null for the one that begins it, where it is a switch.
+    """
+
+    fault: str
+    joint: str = ""
+    value: float | None = None
 
 
 class SetSimulationSpeed(Command, frozen=True, tag="set_simulation_speed"):
@@ -1232,6 +1233,7 @@ AnyCommand = (
     | Resume
     | SetSpeedOverride
     | StopAll
+    | SimulateFault
     | SetSimulationSpeed
     | MakePlan
     | LoadController

@@ -33,12 +33,24 @@ _RECORDINGS = Path("recordings")
 """Folder of the recordings, unless another one is given."""
 _FOLDERS = {
     "motion": {"run", "plan", "move", "home", "jog", "gripper", "power", "faults"},
-    "serving": {"serve", "owners", "stop", "pause", "monitor", "record", "view", "web", "ros"},
+    "serving": {
+        "serve",
+        "owners",
+        "stop",
+        "pause",
+        "simulate_fault",
+        "monitor",
+        "record",
+        "view",
+        "web",
+        "ros",
+    },
     "setup": {"joints", "flash", "poses", "tools", "simulate"},
 }
 """Modules of the commands by their folders in ``commands/``."""
 _WITHOUT_PARAMETERS = {
     *("simulate", "poses", "tools", "stop", "pause", "resume", "record", "web", "ros"),
+    "simulate-fault",
     *_OF_OWNERS,
 }
 """Commands that load no parameters, or leave it to their actions."""
@@ -78,6 +90,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_flash_command(parser)
     _add_serve_command(parser)
     _add_owner_commands(parser)
+    _add_simulate_fault_command(parser, words)
     _add_web_command(parser)
     _add_ros_command(parser)
     options = Options()
@@ -491,6 +504,29 @@ def _add_owner_commands(commands: Parser) -> None:
         action="store_true",
         help="end the lease: the motion of its client is stopped, and others may command the arm",
     )
+
+
+def _add_simulate_fault_command(commands: Parser, words: Sequence[str]) -> None:
+    simulate = _add_command(
+        commands,
+        "simulate-fault",
+        "Let a served, simulated arm fail, also while a program moves it, or end that.",
+        "simulate_fault",
+    )
+    simulate.add_argument("fault", metavar="FAULT", help="one of the faults below")
+    simulate.add_argument(
+        "values",
+        metavar="JOINT VALUE",
+        nargs="*",
+        help="its arguments: a joint, as j3, and a value",
+    )
+    _add_arm(simulate)
+    if words[:1] == ["simulate-fault"]:
+        # Imported here: the compiled firmware, which the other commands do not load for their help.
+        from bioscara.cli.commands.serving.simulate_fault import kinds  # noqa: PLC0415
+
+        simulate.formatter_class = argparse.RawDescriptionHelpFormatter
+        simulate.epilog = "\n".join(["faults:", *kinds(), "", _EPILOG, ""])
 
 
 def _add_arm(parser: Parser) -> None:

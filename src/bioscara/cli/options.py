@@ -72,6 +72,8 @@ class Options(argparse.Namespace):
         table: The file with taught poses; None for :data:`TABLE`.
         name: Name of a pose; of a replay, that of the served arm.
         tool: Name of a tool.
+        fault: Name of a simulated fault.
+        values: Its joint and its value, as far as they are given.
         calibration: Identifier of the arm's calibration; may be empty.
         joint: Number of the joint to flash.
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
@@ -142,6 +144,8 @@ class Options(argparse.Namespace):
     table: Path | None
     name: str
     tool: str
+    fault: str
+    values: list[str]
     calibration: str
     joint: int
     swd: bool

@@ -356,20 +356,21 @@ class RemoteRobot:
         command = m.SetParameters(overlay=text, revision=revision)
         return self._command_for(command, m.ParametersState)
 
-    def simulate_fault(self, fault: str, joint: str = "", value: float = 1.0) -> None:
-        """Let a simulated arm fail.
+    def simulate_fault(self, fault: str, joint: str = "", value: float | None = None) -> None:
+        """Let a simulated arm fail, also while another program moves it; needs no lease.
 
         Args:
-            fault: Name of the fault; docs/api.md has the names, at ``simulate_fault``.
+            fault: Name of the fault; docs/simulation.md has the names. ``clear`` ends all.
             joint: The joint; empty for faults of the whole arm.
             value: Whether it is on, 1 or 0; the position of an obstacle [rad or m]; the torque
                 [N m] or, on ``j2``, the force [N] of a push; docs/simulation.md has the others.
+                None for the one that begins it, where it is a switch.
 
         Raises:
             NotSupportedError: The arm is real.
             InvalidArgumentError: There is no such fault or joint, or the value is not possible.
         """
-        self._do(m.SimulateFault(fault, joint, value))
+        self._ask(m.SimulateFault(fault, joint, value), m.Done)
 
     @property
     def simulation(self) -> m.SimulationState:

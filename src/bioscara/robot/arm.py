@@ -413,6 +413,11 @@ class Arm:
         if not any(Device.ARM in other.devices for other in others):
             self.stack.loop.restart()
 
+    @property
+    def in_callback(self) -> bool:
+        """Whether this thread runs the loop, as in a callback of an operation."""
+        return self._stepper is threading.current_thread()
+
     def require_outside(self, name: str) -> None:
         """Raise in the thread that runs the loop: it would wait for itself.
 
@@ -422,7 +427,7 @@ class Arm:
         Raises:
             BusyError: This thread runs the loop.
         """
-        if self._stepper is threading.current_thread():
+        if self.in_callback:
             running = self.arbiter.running or (Claim("the control loop"),)
             raise running[0].refuse(name, inside=True)
 

@@ -29,6 +29,7 @@ from bioscara.robot import Robot
 from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.planner import Plan
+from bioscara.robot.simulated_faults import simulate_fault
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
 from bioscara.server.clients.client import Client, Later
@@ -144,7 +145,7 @@ class Owner:
         self._sampler = Sampler(self._arm)
         self._pauses = Pauses(self._arm, self.lease)
         self._simulation = Simulation(
-            self._arm, lambda text: post(lambda: self._event("simulation", text))
+            self._arm, lambda text: post(lambda: self._event("simulation", f"simulated: {text}"))
         )
         self._controllers = ClientControllers(self._arm, self)
         self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
@@ -178,6 +179,7 @@ class Owner:
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
             m.GetHistory: self._past,
             m.GetSimulation: lambda *_: self._simulation.state(),
+            m.SimulateFault: self._simulate_fault,
             m.SetSimulationSpeed: self._set_simulation_speed,
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
@@ -237,7 +239,6 @@ class Owner:
             self._controllers.goals.observe(self._arm.stack.supervisor)
             self.sample = sample = self._sampler.sample(cycle)
             self._history.add(sample)
-            self._simulation.step(cycle.time)
             self.controllers_sample = (
                 self._controller_sampler.sample(self.sample.cycle, cycle)
                 if self.controllers_wanted
@@ -487,6 +488,14 @@ class Owner:
         text = f"{client.name} set the speed to {command.share:.0%}"
         self._event("speed_override", text, client.name)
         return m.Done()
+
+    def _simulate_fault(self, client: Client, command: m.SimulateFault, _: int) -> Later:
+        def finish(what: str) -> m.Done:
+            self._event("simulation", f"{client.name} simulates: {what}", client.name)
+            return m.Done()
+
+        fault, joint, value = command.fault, command.joint, command.value
+        return Later(lambda: simulate_fault(self._arm, fault, joint, value), finish)
 
     def _set_simulation_speed(
         self, client: Client, command: m.SetSimulationSpeed, _: int

@@ -48,6 +48,7 @@ _LONG = (
     | m.AddPoints
     | m.MakePlan
     | m.SetParameters
+    | m.SimulateFault
     | m.GetFlightRecord
     | m.GetHistory
     | m.GetJoints

@@ -188,7 +188,8 @@ def test_a_user_pauses_and_resumes_while_a_program_commands(
         assert (status, out) == (0, f"left stays paused by {other}\n")
         status, _, err = said(capsys, "resume")
         assert status == 2
-        assert f"paused by '{other}'; {other} or the holder of the lease, '" in err
+        # Clients of one process have one name.
+        assert f"paused by '{other}'; only the holder of the lease, '{other}', can resume" in err
         robot_of_another.close()
     status, out, _ = said(capsys, "resume")
     assert (status, out) == (0, "left continues\n")
@@ -208,6 +209,62 @@ def test_a_pause_without_a_name_is_of_all_arms_and_one_is_resumed(
         said(capsys, "resume", "--arm", "right")
         assert (arm.robot.arm.paused, right.robot.arm.paused) == (True, False)
         said(capsys, "resume", "--arm", "left")
+
+
+def test_a_simulated_fault_needs_no_lease_and_is_ended(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Robot.connect("arm:left") as robot:
+        robot.acquire_lease()
+        status, out, err = said(capsys, "simulate-fault", "freeze_encoder", "j3")
+        assert (status, err) == (0, "")
+        assert out.splitlines() == [
+            "left simulates: j3 freeze_encoder 1",
+            "end all: bioscara simulate-fault clear --arm left",
+        ]
+        said(capsys, "simulate-fault", "push", "j1", "-0.5", "--arm", "left")
+        assert [each[:3] for each in arm.owner.robot.arm.session.bus.bench.faults] == [  # type: ignore[attr-defined]
+            ("freeze_encoder", "j3", 1.0),
+            ("push", "j1", -0.5),
+        ]
+        status, out, _ = said(capsys, "simulate-fault", "clear")
+        assert (status, out) == (0, "left simulates no fault that lasts\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "refusal"),
+    [
+        (("hung", "j3"), "there is no simulated fault 'hung'; did you mean hang?"),
+        (("hang",), "hang is a fault of one joint; there are j1, j2, j3, j4"),
+        (("hang", "j5"), "there is no joint 'j5'"),
+        (("push", "j3"), "push needs a value: torque or force (0 ends) [N m or N]"),
+        (("push", "j3", "much"), "'much' is not a number; give bioscara simulate-fault push JOINT"),
+        (
+            ("bus_loss", "j3", "1"),
+            "bus_loss does not take 'j3 1'; give bioscara simulate-fault bus",
+        ),
+        (("bus_loss", "2"), "value of bus_loss: 2 is outside 0 .. 1"),
+    ],
+)
+def test_a_fault_that_is_not_possible_is_refused(
+    words: tuple[str, ...], refusal: str, arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, _, err = said(capsys, "simulate-fault", *words)
+    assert status == 2
+    assert refusal in err
+
+
+def test_the_help_lists_the_faults_with_their_arguments(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["simulate-fault", "--help"])
+    lines = [line.split()[:3] for line in capsys.readouterr().out.splitlines()]
+    assert [line for line in lines if line[:1] in (["hang"], ["obstacle"], ["bus_loss"])] == [
+        ["hang", "JOINT", "[VALUE]"],
+        ["obstacle", "JOINT", "VALUE"],
+        ["bus_loss", "VALUE", "exchanges"],
+    ]
 
 
 def test_stop_imports_the_standard_library_only() -> None:

@@ -711,7 +711,7 @@ const TEXTS = {
   // Simulation bench.
   "bench.banner_title": "This arm is simulated.",
   "bench.banner": "What is done here happens to the simulation only. The software does not know about it and reacts as on a real arm.",
-  "bench.take_control": "Take control first.",
+  "bench.take_control": "Take control to move the arm and to choose the speed of time.",
   "bench.all_off": "All off",
   "bench.all_is_off": "Nothing is simulated to fail any more. Faults of the arm stay until they are recovered from.",
   "bench.nothing_on": "Nothing is simulated to fail.",
