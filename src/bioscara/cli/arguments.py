@@ -122,6 +122,8 @@ def _choose_owner(parser: Parser, options: Options) -> None:
     if not hasattr(options, "owned"):
         return
     bus_given = options.bus is not None
+    if bus_given and options.bus.startswith("arm:"):
+        parser.error(f"a served arm is named by --arm {options.bus[4:]}; leave out --bus")
     if not bus_given:
         options.bus = "sim"
     overlay = getattr(options, "parameters", None)
@@ -145,18 +147,25 @@ def _choose_owner(parser: Parser, options: Options) -> None:
                 f"{given[0]} is chosen by the owner of {options.arm}{source}; leave it out"
             )
         return
-    if given or not options.owned:
+    if not options.owned:
         return
     # Imported here: most commands have no owner to look for.
     from bioscara.api import runtime  # noqa: PLC0415
 
     try:
-        running = [owner.name for owner in runtime.owners() if owner.bus == options.bus]
+        owners = runtime.owners()
     except AccessError as error:
         parser.error(str(error))
-    if len(running) > 1:
-        parser.error(f"there are the arms {', '.join(running)}; choose one with --arm NAME")
-    options.arm = running[0] if running else None
+    served = [owner.name for owner in owners]
+    # A command about an arm that lasts has none of its own, and takes a served one on any bus.
+    any_bus = options.command in _LASTING and not bus_given
+    running = [owner.name for owner in owners if any_bus or owner.bus == options.bus]
+    if running and not given:
+        if len(running) > 1:
+            parser.error(f"there are the arms {', '.join(running)}; choose one with --arm NAME")
+        options.arm = running[0]
+    elif options.bus == "sim":
+        options.served = served
 
 
 def _check(parser: Parser, options: Options) -> None:
@@ -175,14 +184,10 @@ def _check(parser: Parser, options: Options) -> None:
             "this process does not: give --bus linux:1, --arm NAME of an arm that 'bioscara serve' "
             "runs, or --bus sim:/path.sock of one that 'bioscara simulate --socket /path.sock' runs"
         )
+    if options.command in {"poses", "tools"}:
+        _check_poses(parser, options)
     if options.command == "flash" and bus == "sim":
         parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
-    if options.command == "poses" and options.action == "show" and options.plot is None:
-        for word, value in (("--from", options.start), ("--scene", options.scene)):
-            if value is not None:
-                parser.error(
-                    f"{word} applies only to the motion that --plot FILE draws; add --plot"
-                )
     if getattr(options, "keep", math.inf) < getattr(options, "max_size", 0):
         parser.error("--keep is smaller than --max-size; give a larger one")
     if options.command == "view":
@@ -191,6 +196,34 @@ def _check(parser: Parser, options: Options) -> None:
         _check_web(parser, options)
     if options.command == "ros" and options.bus and options.arm:
         parser.error("--arm and --bus exclude one another; leave out one of them")
+
+
+def _check_poses(parser: Parser, options: Options) -> None:
+    """Refuse options of ``poses`` and ``tools`` that exclude or need one another."""
+    overlay = options.parameters
+    owners_own = {
+        "--table": options.table is not None,
+        "--bus": getattr(options, "bus", None) is not None,
+        "--parameters": overlay is not None and str(overlay) != os.environ.get(OVERLAY_VARIABLE),
+    }
+    for word, given in owners_own.items():
+        if given and options.arm is not None:
+            parser.error(f"--arm and {word} exclude one another; leave out one of them")
+    if options.command == "tools":
+        return
+    if options.action == "save" and (
+        options.bus is None and options.arm is None and not (options.joints or options.pose)
+    ):
+        parser.error(
+            "poses save needs one of --arm NAME or --bus BUS for the position of that arm, "
+            f"--joints {_JOINTS}, --pose X Y Z YAW"
+        )
+    if options.action == "show" and options.plot is None:
+        for word, value in (("--from", options.start), ("--scene", options.scene)):
+            if value is not None:
+                parser.error(
+                    f"{word} applies only to the motion that --plot FILE draws; add --plot"
+                )
 
 
 def _convert_degrees(options: Options) -> None:
@@ -595,11 +628,12 @@ def _add_poses_command(commands: Parser) -> None:
         action.add_argument("name", metavar="NAME", help="name of the pose")
     for action in (listing, show, save, delete):
         _add_table(action)
+        _add_arm_of_table(action)
         _add_degrees(action)
     _add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
     _add_start(show, "joint positions at the start of that motion")
     _add_scene(show, "file with the zones and the table that the motion keeps clear of")
-    where = save.add_mutually_exclusive_group(required=True)
+    where = save.add_mutually_exclusive_group()
     where.add_argument("--bus", metavar="BUS", help="current position of this arm; " + BUS_HELP)
     _add_four(where, "--joints", "J1 J2 J3 J4", "joint positions [rad m rad rad]")
     _add_four(where, "--pose", "X Y Z YAW", "pose of the tool in the base [m m m rad]")
@@ -621,6 +655,7 @@ def _add_tools_command(commands: Parser) -> None:
     add = _add_command(tools, "add", "Add a tool under a name.", "tools")
     for action in (listing, add):
         _add_table(action)
+        _add_arm_of_table(action)
         _add_degrees(action)
     add.add_argument("name", metavar="NAME", help="name of the tool")
     _add_four(
@@ -1036,6 +1071,13 @@ def _add_table(parser: Parser, help_text: str = "file with the poses") -> None:
         metavar="FILE",
         type=Path,
         help=f"{help_text} (default: {TABLE}, if it exists)",
+    )
+
+
+def _add_arm_of_table(parser: Parser) -> None:
+    """Add the argument for the served arm whose poses are used."""
+    parser.add_argument(
+        "--arm", metavar="NAME", help="the poses of this arm, which 'bioscara serve' runs"
     )
 
 

@@ -24,6 +24,7 @@ class Options(argparse.Namespace):
         module: Name of the module that implements it, below ``bioscara.cli.commands``.
         bus: Name of the bus.
         arm: Name of the owner whose arm is used or recorded; None for an arm of this process.
+        served: Names of the arms that are served while the command simulates one of its own.
         v1: Whether the simulated joints have their original firmware.
         homed: Whether the joints of the arm simulated in this process are homed at the start.
         parameters: File with the values in which the arm differs from the committed ones, if any.
@@ -98,6 +99,7 @@ class Options(argparse.Namespace):
     module: str
     bus: str
     arm: str | None
+    served: list[str]
     v1: bool
     homed: bool
     parameters: Path | None

@@ -16,8 +16,10 @@ import pytest
 from bioscara import Robot
 from bioscara.api import runtime
 from bioscara.cli import main
+from bioscara.errors import InvalidArgumentError
 from bioscara.model import load_parameters
 from bioscara.server.serve import Served, ServeSettings, serving
+from served import runtime_folder
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +111,8 @@ def test_the_owner_chooses_rate_and_firmware(
     status, out, _ = said(capsys, "home", "--v1")
     assert (status, out.splitlines()[0]) == (
         0,
-        "arm: simulation, in this process, joints with their original firmware",
+        "arm: simulation, in this process, joints with their original firmware; --arm left takes "
+        "the served arm",
     )
 
 
@@ -312,3 +315,85 @@ def test_a_folder_of_the_sockets_that_cannot_be_made_is_named(
         "bioscara: the sockets of served arms cannot be in /proc/nope: No such file or directory; "
         "set BIOSCARA_RUNTIME to another folder\n",
     )
+
+
+@pytest.fixture
+def elsewhere() -> Iterator[Served]:
+    """An arm on another bus than that of a command without --bus."""
+    settings = ServeSettings("bench", "linux:7", speed=50.0)
+    with runtime_folder(), serving(Robot.simulated(homed=True), settings) as served:
+        yield served
+
+
+def test_commands_about_a_lasting_arm_take_the_only_one_that_is_served(
+    elsewhere: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for command in ("enable", "faults", "acknowledge", "recover", "disable"):
+        status, out, err = said(capsys, command)
+        assert (status, err) == (0, ""), command
+        assert out.startswith("arm: arm bench: simulation"), command
+    assert not elsewhere.robot.is_enabled
+
+
+def test_of_several_served_arms_commands_about_a_lasting_one_name_them(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serving(Robot.simulated(), ServeSettings("bench", "linux:7", speed=50.0)):
+        for command in ("enable", "disable", "monitor", "faults", "acknowledge", "recover"):
+            with pytest.raises(SystemExit):
+                main([command])
+            assert "there are the arms bench, left; choose one with --arm NAME" in (
+                capsys.readouterr().err
+            )
+        assert said(capsys, "faults", "--arm", "bench")[0] == 0
+
+
+def test_a_command_that_simulates_an_arm_names_those_that_are_served(
+    elsewhere: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words in (("home",), ("move", "--name", "center"), ("gripper", "open")):
+        status, out, _ = said(capsys, *words)
+        assert (status, out.splitlines()[0]) == (
+            0,
+            "arm: simulation, in this process; --arm bench takes the served arm",
+        )
+    assert said(capsys, "home", "--arm", "bench")[1].startswith("arm: arm bench: ")
+
+
+def test_a_served_arm_is_no_bus_and_is_named_where_a_bus_is_unknown(
+    elsewhere: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["home", "--bus", "arm:bench"])
+    assert "a served arm is named by --arm bench; leave out --bus" in capsys.readouterr().err
+    status, _, err = said(capsys, "home", "--bus", "bench")
+    assert (status, "arm:NAME (one that 'bioscara serve' runs" in err) == (2, True)
+    with pytest.raises(InvalidArgumentError, match="arm:NAME"):
+        Robot.connect("bench")
+
+
+def test_poses_and_tools_are_those_of_a_served_arm(
+    elsewhere: Served,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    of = ("--arm", "bench")
+    assert said(capsys, "poses", "save", "here", *of)[1].startswith("saved here to arm bench: ")
+    given = ("--pose", "0.35", "0.25", "0.2", "0.5")
+    assert said(capsys, "poses", "save", "gate", *given, *of)[0] == 0
+    status, _, err = said(capsys, "poses", "save", "gate", *given, *of)
+    assert (status, "there is a pose gate in arm bench already" in err) == (2, True)
+    needle = ("needle", "--offset", "0.05", "0", "-0.2", "0", "--mass", "0.1")
+    assert said(capsys, "tools", "add", *needle, *of)[0] == 0
+    assert {pose.name for pose in elsewhere.robot.table.poses} == {"here", "gate"}
+    assert "needle" in said(capsys, "tools", "list", *of)[1]
+    assert "pose gate, from arm bench" in said(capsys, "poses", "show", "gate", *of)[1]
+    assert said(capsys, "poses", "delete", "here", *of)[1] == "deleted here from arm bench\n"
+    listed = said(capsys, "poses", "list", *of)[1]
+    assert ("gate" in listed, "here" in listed, "does not exist" in listed) == (True, False, False)
+    assert not (tmp_path / "poses.yaml").exists()
+    with pytest.raises(SystemExit):
+        main(["poses", "list", "--table", "x.yaml", *of])
+    assert "--arm and --table exclude one another" in capsys.readouterr().err
