@@ -786,7 +786,7 @@ MUTANTS = (
     ),
     Mutant(
         "a callback does not wait for its own motion",
-        "Arm.require_outside",
+        "Arm.in_callback",
         "self._stepper is threading.current_thread()",
         "False",
         OPERATIONS,

@@ -38,7 +38,7 @@ class SimulatedFault(NamedTuple):
     since: float
 
 
-class FaultKind(NamedTuple):
+class BenchFault(NamedTuple):
     """A kind of fault, and the values that it takes.
 
     Attributes:
@@ -66,30 +66,30 @@ _SWITCH = "1 begins, 0 ends"
 _POWER = "0 off, 1 on"
 
 FAULTS = {
-    "reset": FaultKind(True, "its controller restarts, and its home is lost", off=math.nan),
-    "power": FaultKind(True, "its controller has no power", _POWER, 0.0, 1.0),
-    "hang": FaultKind(True, "its firmware hangs; the watchdog of ours restarts it", _SWITCH),
-    "overheat": FaultKind(True, "its motor driver is too hot", _SWITCH),
-    "freeze_encoder": FaultKind(True, "its encoder reports an old angle", _SWITCH),
-    "obstacle": FaultKind(
+    "reset": BenchFault(True, "its controller restarts, and its home is lost", off=math.nan),
+    "power": BenchFault(True, "its controller has no power", _POWER, 0.0, 1.0),
+    "hang": BenchFault(True, "its firmware hangs; the watchdog of ours restarts it", _SWITCH),
+    "overheat": BenchFault(True, "its motor driver is too hot", _SWITCH),
+    "freeze_encoder": BenchFault(True, "its encoder reports an old angle", _SWITCH),
+    "obstacle": BenchFault(
         True, "it runs into an obstacle", "position", math.nan, math.nan, -10.0, 10.0, "rad or m"
     ),
-    "clear_obstacles": FaultKind(True, "its obstacles are away", off=math.nan),
-    "push": FaultKind(
+    "clear_obstacles": BenchFault(True, "its obstacles are away", off=math.nan),
+    "push": BenchFault(
         True, "it is pushed", "torque or force (0 ends)", math.nan, 0.0, -1000.0, 1000.0, "N m or N"
     ),
-    "motor_power": FaultKind(False, "no motor has power", _POWER, 0.0, 1.0),
-    "brown_out": FaultKind(
+    "motor_power": BenchFault(False, "no motor has power", _POWER, 0.0, 1.0),
+    "brown_out": BenchFault(
         False, "no motor has power for a time", "time", math.nan, math.nan, 0.01, 10.0, "s"
     ),
-    "bus_flips": FaultKind(
+    "bus_flips": BenchFault(
         False, "bits flip on the bus", "share of the bits (0 ends)", math.nan, upper=1e-2
     ),
-    "bus_loss": FaultKind(
+    "bus_loss": BenchFault(
         False, "exchanges are lost on the bus", "share of the exchanges (0 ends)", math.nan
     ),
-    "bus_stuck": FaultKind(False, "a line of the bus is held low", _SWITCH),
-    "clear": FaultKind(False, "nothing fails any more", off=math.nan),
+    "bus_stuck": BenchFault(False, "a line of the bus is held low", _SWITCH),
+    "clear": BenchFault(False, "nothing fails any more", off=math.nan),
 }
 """The faults, and the two that end others: ``clear_obstacles`` of a joint, and ``clear`` all."""
 

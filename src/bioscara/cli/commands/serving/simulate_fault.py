@@ -10,7 +10,7 @@ from bioscara.cli.commands.serving.owners import asked, linked, owner_name
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.errors import InvalidArgumentError
-from bioscara.sim.bench import FAULTS, FaultKind
+from bioscara.sim.bench import FAULTS, BenchFault
 
 
 def run(options: Options) -> int:
@@ -59,7 +59,7 @@ def _words(fault: str, words: Sequence[str]) -> tuple[str, float | None]:
         raise InvalidArgumentError(f"{values[0]!r} is not a number; give {usage}") from None
 
 
-def arguments_of(kind: FaultKind) -> str:
+def arguments_of(kind: BenchFault) -> str:
     """Return the arguments of a fault, for a usage."""
     value = "" if not kind.value else "VALUE" if math.isnan(kind.on) else "[VALUE]"
     return " ".join(word for word in ("JOINT" if kind.of_joint else "", value) if word)
@@ -75,7 +75,7 @@ def kinds() -> list[str]:
     ]
 
 
-def _value(kind: FaultKind) -> str:
+def _value(kind: BenchFault) -> str:
     """Return what the value is, with its limits, as the end of a sentence."""
     if not kind.value:
         return ""
