@@ -321,7 +321,7 @@ class Robot:
         self._arm.pause()
 
     def resume(self) -> None:
-        """Lift the pause of this program; motion continues unless clients of it have paused, too."""
+        """Lift the pause of this program; motion continues unless its clients have paused, too."""
         self._arm.resume()
 
     def simulate_fault(self, fault: str, joint: str = "", value: float | None = None) -> None:
