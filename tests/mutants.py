@@ -80,6 +80,7 @@ LINK = "tests/remote/test_link.py"
 WEB_ROUTES = ("tests/web/test_every_route.py",)
 WEB_ANSWERS = ("tests/web/routes/dashboard/test_dashboard_routes.py",)
 WEB_SIGN_IN = ("tests/web/access/test_sign_in.py",)
+PAUSES = ("tests/server/clients/test_pauses.py",)
 WEB_RELAY = ("tests/web/owner/test_relay.py",)
 WEB_TOKENS = ("tests/web/access/test_tokens.py",)
 WEB_GATEWAY = ("tests/web/test_gateway.py",)
@@ -809,8 +810,8 @@ MUTANTS = (
     Mutant(
         "q ends a jog during a step",
         "commands.motion.jog._jog",
-        'if "q" in keyboard.read():',
-        "if keyboard.read() is None:",
+        'keys.ended |= "q" in [',
+        'keys.ended |= "" in [',
         ("tests/cli/commands/motion/test_jog.py",),
     ),
     Mutant(
@@ -843,7 +844,7 @@ MUTANTS = (
     ),
     Mutant(
         "a callback does not wait for its own motion",
-        "Arm.require_outside",
+        "Arm.in_callback",
         "self._stepper is threading.current_thread()",
         "False",
         OPERATIONS,
@@ -2009,6 +2010,27 @@ MUTANTS = (
         "needed <= self._client.scope",
         "True",
         WEB_RELAY,
+    ),
+    Mutant(
+        "web: a viewer cannot lift its pause",
+        "Relay._as_author",
+        "required_scope(m.Resume()) <= self._client.scope",
+        "True",
+        WEB_RELAY,
+    ),
+    Mutant(
+        "a pause is lifted by its author",
+        "Pauses.lift",
+        "commands or self._is_author(client, key)",
+        "True",
+        PAUSES,
+    ),
+    Mutant(
+        "a namesake lifts no pause of a connected client",
+        "Pauses._is_author",
+        " and not author.client.connected",
+        "",
+        PAUSES,
     ),
     Mutant(
         "web: a command that is not listed is for administrators",

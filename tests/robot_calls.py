@@ -92,6 +92,11 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "jog(ToolVelocity)": (jogging(robot), {"velocity": ToolVelocity(0.001)}),
         # Of a robot that is not connected: one that is watched moves in real time from then on.
         "Robot.watch": (Robot.simulated().watch, {"priority": None, "speed": 1.0}),
+        # Of another arm, as one that fails moves no more.
+        "Robot.simulate_fault": (
+            Robot.simulated().simulate_fault,
+            {"fault": "push", "joint": "j1", "value": 0.0},
+        ),
         "Robot.states": (first_state(robot), {"period": 1e-3}),
         "Robot.speed_override": (setting(robot, "speed_override"), {"value": 1.0}),
         "Robot.reduced_speed": (setting(robot, "reduced_speed"), {"value": True}),

@@ -207,36 +207,10 @@ def cause(link: OwnerLink, rng: random.Random) -> None:
         "motor_power": m.SimulateFault("motor_power", joint, 1.0),
         "hang": m.SimulateFault("hang", joint, 0.0),
     }.get(fault)
-    simulate(link, m.SimulateFault(fault, joint, off))
+    link.request(m.SimulateFault(fault, joint, off))
     time.sleep(0.3)
-    # Another program may have taken the lease since.
-    while repair is not None and not simulate(link, repair):
-        time.sleep(0.1)
-
-
-def simulate(link: OwnerLink, task: m.SimulateFault) -> bool:
-    """Let a joint fail, or repair it; return whether that was done."""
-    try:
-        taken = link.request(m.AcquireLease(force=True, time_to_live=10.0))
-        assert isinstance(taken, m.LeaseState)
-        epoch = taken.lease.epoch
-        begun = link.request(m.Start(task=task), epoch)
-        assert isinstance(begun, m.Accepted)
-        while not (now := goal(link, begun.goal.goal)).done:
-            time.sleep(0.01)
-        link.request(m.ReleaseLease(), epoch)
-    except OwnerLostError:
-        raise
-    except BioscaraError:
-        return False
-    return now.status == "succeeded"
-
-
-def goal(link: OwnerLink, number: int) -> m.GoalValue:
-    """Return a goal."""
-    result = link.request(m.GetGoal(number))
-    assert isinstance(result, m.GoalState)
-    return result.goal
+    if repair is not None:
+        link.request(repair)
 
 
 def judge(watcher: Watcher, causes: list[float], memory: list[int]) -> list[str]:

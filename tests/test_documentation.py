@@ -14,6 +14,7 @@ import pytest
 from bioscara import Robot
 from bioscara.cli import main
 from bioscara.server.serve import ServeSettings, serving
+from processes import wait_until
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -72,6 +73,26 @@ def test_a_program_in_the_documentation_runs(
             settings = ServeSettings(name, "sim", speed=100.0)
             served.enter_context(serving(Robot.simulated(), settings))
         exec(compile(program, "documentation", "exec"), {"__name__": "__main__"})
+
+
+@pytest.mark.usefixtures("near_the_stops")
+def test_the_commands_that_provoke_a_fault_recover_from_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    part = (ROOT / "docs/howto.md").read_text().split("## Provoke a fault and recover")[1]
+    commands = re.findall(r"^    bioscara (.*?)  ", part.split("\n## ")[0], re.M)
+    assert commands[0] == "serve --homed"
+    robot = Robot.simulated(homed=True, evidence=tmp_path)
+    with serving(robot, ServeSettings("arm", "sim", speed=100.0)):
+        with Robot.connect("arm:arm") as client:
+            client.enable()
+        for words in commands[1:]:
+            assert main(shlex.split(words), paced=False) == 0, words
+            if words.startswith("simulate-fault hang"):
+                wait_until(lambda: robot.faults != (), "the fault")
+        assert robot.faults == ()
+        assert robot.is_homed
 
 
 def test_commands_say_what_the_documentation_shows(

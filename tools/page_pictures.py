@@ -21,7 +21,6 @@ from PIL import Image
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
 from bioscara import Joints, NamedPose, Robot, Scene, read_scene
-from bioscara.api import messages as m
 from bioscara.api.runtime import VARIABLE
 from bioscara.errors import BioscaraError
 from bioscara.remote import RemoteRobot
@@ -219,11 +218,11 @@ def _give(page: Page, kinds: str, name: str, content: bytes) -> None:
 
 def _photograph_fault(camera: Camera, robot: RemoteRobot) -> None:
     robot.acquire_lease(force=True)
-    robot._do(m.SimulateFault("motor_power", value=0.0))  # noqa: SLF001  what the bench sends
+    robot.simulate_fault("motor_power", value=0.0)
     wait_for(camera.page, "fault")
     camera.take("run", "fault")
     camera.take("health", "fault")
-    robot._do(m.SimulateFault("motor_power", value=1.0))  # noqa: SLF001  what the bench sends
+    robot.simulate_fault("motor_power", value=1.0)
     for _ in range(20):
         # The evidence of the fault is kept first.
         with suppress(BioscaraError):

@@ -159,13 +159,14 @@ def test_every_command_and_result_is_one_that_can_be_sent() -> None:
         assert leaves == set(get_args(union))
 
 
-def test_queries_stop_and_pause_need_no_lease() -> None:
+def test_queries_stop_pause_and_resume_need_no_lease() -> None:
     for kind in CLASSES:
         if issubclass(kind, m.Query):
             assert not kind.needs_lease
     assert m.Start.needs_lease
     assert not m.StopAll.needs_lease
     assert not m.Pause.needs_lease
+    assert not m.Resume.needs_lease
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,10 @@ from processes import environment
         ("status left", "nothing to do with 'left'; an arm is named by --arm left"),
         ("home left --deg", "an arm is named by --arm left; see bioscara home --help"),
         ("lease left right", "nothing to do with 'left right'; leave it out"),
-        ("poses list left", "nothing to do with 'left'; leave it out; see bioscara poses list"),
+        (
+            "poses list left",
+            "nothing to do with 'left'; an arm is named by --arm left; see bioscara poses list",
+        ),
         ("record left", "there are start, info, recover, export, replay; an arm is named by --arm"),
         ("run a.csv --fit=3", "--fit takes no value"),
         ("move", "one of --pose X Y Z YAW, --joints J1 J2 J3 J4, --name NAME"),

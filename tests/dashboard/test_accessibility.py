@@ -10,7 +10,6 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
-from bioscara.api import messages as m
 from bioscara.errors import BioscaraError
 from bioscara.web.access.scopes import Scope
 from dashboard.rig import (
@@ -103,12 +102,12 @@ def test_axe_finds_nothing_in_a_fault_and_with_old_values(
     robot = left.robot
     robot.acquire_lease(force=True)
     try:
-        robot._do(m.SimulateFault("motor_power", value=0.0))
+        robot.simulate_fault("motor_power", value=0.0)
         wait_for_state(page, "fault")
         page.wait_for_selector("#faults .strip")
         found = {"fault": violations(page)}
     finally:
-        robot._do(m.SimulateFault("motor_power", value=1.0))
+        robot.simulate_fault("motor_power", value=1.0)
         recover(left, page)
     page.evaluate("document.getElementById('tab-run').click()")
     for state, age in (("stale", 500), ("gone", 5000)):

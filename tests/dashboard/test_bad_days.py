@@ -229,7 +229,7 @@ def test_a_fault_ends_a_hold_and_no_press_moves_the_arm_until_it_is_recovered(
     page: Page, left: Site
 ) -> None:
     hold(page, left.robot)
-    power = """(value) => bioscara.start({
+    power = """(value) => bioscara.ask({
         kind: "simulate_fault", fault: "motor_power", joint: "", value,
     })"""
     rests(left.robot, lambda: page.evaluate(power, 0))

@@ -73,6 +73,17 @@ def test_an_obstacle_stops_the_arm_and_the_page_tells_how(page: Page, left: Site
     wait_until(lambda: not left.robot.is_moving, "the motion has ended")
 
 
+def test_a_fault_begins_and_ends_while_another_client_commands(page: Page, left: Site) -> None:
+    left.robot.acquire_lease(force=True)
+    frozen = card(page, "Frozen encoder")
+    frozen.get_by_role("button", name="Begin").click()
+    wait_until(lambda: len(left.robot.simulation.faults) == 1, "the fault has begun")
+    expect(page.get_by_role("button", name="Move it there and back")).to_be_disabled()
+    page.get_by_role("button", name="All off").click()
+    wait_until(lambda: left.robot.simulation.faults == (), "the fault has ended")
+    left.robot.release_lease()
+
+
 def test_the_code_of_a_control_does_the_same(page: Page, left: Site) -> None:
     cut = card(page, "Power cut of all motors")
     code = cut.locator("button.copy-python").evaluate("(button) => button.python()")

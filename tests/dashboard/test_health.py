@@ -65,7 +65,7 @@ def simulate(page: Page, fault: str, joint: str, value: float = 1.0) -> None:
     """Let the simulated arm fail, as the page's bench does."""
     commanding(page)
     page.evaluate(
-        "async (task) => bioscara.ended((await bioscara.start(task)).goal)",
+        "(command) => bioscara.ask(command)",
         {"kind": "simulate_fault", "fault": fault, "joint": joint, "value": value},
     )
 

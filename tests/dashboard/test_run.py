@@ -11,11 +11,13 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from bioscara import Load, Prism, RemoteRobot, Robot
+from bioscara.api import messages as m
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.robot.robot_gripper import RobotGripper
+from bioscara.web.access.scopes import Scope
 from dashboard.rig import Site, at_rest, command, moves, open_page, positions, wait_for_state
 from processes import wait_until
-from served import HALF
+from served import HALF, RawClient
 
 pytestmark = pytest.mark.realtime
 
@@ -117,6 +119,49 @@ def test_motion_is_paused_and_resumed(page: Page, left: Site) -> None:
     motion.get_by_role("button", name="Resume", exact=True).click()
     rests(left)
     assert positions(left.robot)[0] == pytest.approx(goal, abs=2e-3)
+
+
+def test_several_clients_pause_and_each_lifts_its_own_pause(page: Page, left: Site) -> None:
+    motion = part(page, "Motion")
+    pause = motion.get_by_role("button", name="Pause", exact=True)
+    resume = motion.get_by_role("button", name="Resume", exact=True)
+    page.evaluate("bioscara.arm.release()")
+    with RawClient("anna") as anna, RawClient("bench-script") as script:
+
+        def authors() -> list[str]:
+            return [name.partition(" ")[0] for name in anna.request(m.GetState()).paused_by]
+
+        anna.request(m.Pause())
+        motion.get_by_text("Paused by anna.", exact=True).wait_for()
+        page.locator(".condition", has_text="paused by anna").wait_for()
+        pause.click()
+        wait_until(lambda: authors() == ["anna", "dashboard"], "the page has paused, too")
+        resume.click()
+        wait_until(lambda: authors() == ["anna"], "its own pause is lifted")
+        epoch = script.acquire()
+        resume.click()
+        page.get_by_text(
+            "paused by 'anna'; anna or the holder of the lease, 'bench-script', can resume"
+        ).wait_for()
+        anna.request(m.Resume())
+        resume.wait_for(state="hidden")
+        script.request(m.ReleaseLease(), epoch)
+
+
+def test_a_page_that_may_only_look_pauses_and_does_not_resume(browser: Browser, left: Site) -> None:
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    page = open_page(context, left, Scope.VIEW)
+    motion = part(page, "Motion")
+    motion.get_by_role("button", name="Pause", exact=True).click()
+    motion.get_by_role("button", name="Resume", exact=True).press("Enter")
+    page.get_by_text("Resume: this page is signed in to look").wait_for()
+    context.close()
+    with RawClient("bench-script") as script:
+        (author,) = script.request(m.GetState()).paused_by
+        assert author.startswith("dashboard (view, ")
+        epoch = script.acquire()
+        script.request(m.Resume())
+        script.request(m.ReleaseLease(), epoch)
 
 
 def test_the_speed_is_overridden_and_its_reduction_released_in_two_presses(

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import pytest
 from playwright.sync_api import Browser, CDPSession, Page
 
-from bioscara.api import messages as m
 from bioscara.errors import BioscaraError
 from bioscara.web.access.scopes import Scope
 from dashboard.rig import Site, at_rest, command, open_page, swing, wait_for_state
@@ -167,7 +166,7 @@ def test_a_fault_and_its_remedy_interrupt_what_is_read(
 ) -> None:
     left.robot.acquire_lease(force=True)
     try:
-        left.robot._do(m.SimulateFault("motor_power", value=0.0))
+        left.robot.simulate_fault("motor_power", value=0.0)
         wait_for_state(page, "fault")
         remedy = ("Recover", "Acknowledge")
         wait_until(
@@ -176,7 +175,7 @@ def test_a_fault_and_its_remedy_interrupt_what_is_read(
         )
         wait_until(lambda: any("fault" in text for text in reader.live("polite")), "the state is")
     finally:
-        left.robot._do(m.SimulateFault("motor_power", value=1.0))
+        left.robot.simulate_fault("motor_power", value=1.0)
         for _ in range(20):
             with suppress(BioscaraError):
                 left.robot.acknowledge()

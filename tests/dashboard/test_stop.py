@@ -10,7 +10,6 @@ from contextlib import contextmanager, suppress
 import pytest
 from playwright.sync_api import Browser, Page
 
-from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, LeaseError
 from bioscara.web.access.scopes import Scope
 from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
@@ -149,13 +148,13 @@ def test_stop_s1_it_stops_in_a_fault_too(page: Page, left: Site) -> None:
     robot = left.robot
     robot.acquire_lease(force=True)
     try:
-        robot._do(m.SimulateFault("motor_power", value=0.0))
+        robot.simulate_fault("motor_power", value=0.0)
         wait_for_state(page, "fault")
         for way in (press, escape):
             arrives(page, left, way)
     finally:
         robot.acquire_lease(force=True)
-        robot._do(m.SimulateFault("motor_power", value=1.0))
+        robot.simulate_fault("motor_power", value=1.0)
         # The fault may need a moment until its evidence is kept.
         for _ in range(20):
             with suppress(BioscaraError):

@@ -306,9 +306,9 @@ def test_pause_cancel_and_stop_end_a_sequence_at_rest(panel: Page, left: Site) -
     for way in ("Cancel the sequence", "STOP"):
         panel.get_by_role("button", name="Run all").click()
         wait_until(lambda: not at_rest(left.robot), "the arm moves")
-        panel.locator(".run-pause").click()
+        panel.locator(".run-pause").get_by_role("button", name="Pause").click()
         holds(panel, "bioscara.arm.sample.paused")
-        panel.locator(".run-pause", has_text="Resume").click()
+        panel.locator(".run-pause").get_by_role("button", name="Resume").click()
         holds(panel, "!bioscara.arm.sample.paused")
         panel.get_by_role("button", name=way).first.click()
         panel.locator(".run-state", has_text="was").wait_for()

@@ -350,7 +350,7 @@ def test_a_stop_of_another_client_ends_the_lease_until_it_is_taken_again(
         other.stop()
     with pytest.raises(MotionCancelledError):
         operation.result(10.0)
-    for call in (lambda: robot.move_joints(HALF), robot.resume, robot.enable):
+    for call in (lambda: robot.move_joints(HALF), robot.disable, robot.enable):
         with pytest.raises(LeaseError):
             call()
     goals = served.owner.goals.last

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bioscara.api import messages as m
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
     BioscaraError,
@@ -54,7 +53,6 @@ from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
-from bioscara.server.simulation import simulate
 from bioscara.sim import SimulatedArm
 from processes import wait_until
 from served import HALF, NAME, arm_served, eventually, own_robot
@@ -86,7 +84,7 @@ class Arm:
     def fail(self, fault: str, joint: str = "j2", value: float = 1.0) -> None:
         """Let the simulated arm fail."""
         self.failed = True
-        simulate(self.own.arm, m.SimulateFault(fault, joint, value))
+        self.own.simulate_fault(fault, joint, value)
 
 
 @contextmanager

@@ -41,6 +41,29 @@ def test_a_stop_of_another_program_ends_the_motion_and_the_lease(arm: Served) ->
         first.move_relative(z=-0.01)
 
 
+def test_a_pause_is_lifted_by_its_program_or_by_the_one_that_commands(arm: Served) -> None:
+    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+        motion = first.move_relative(z=-0.05, velocity_scaling=0.5, wait=False)
+        second.pause()
+        second.resume()
+        second.pause()
+        first.resume()
+        motion.result(timeout=20.0)
+        first.pause()
+        with pytest.raises(LeaseError, match="or the holder of the lease") as refused:
+            second.resume()
+        assert refused.value.holder
+        first.resume()
+
+
+def test_without_a_commander_a_program_that_resumes_takes_the_lease(arm: Served) -> None:
+    with Robot.connect("arm:shared") as first:
+        first.pause()
+    with Robot.connect("arm:shared") as second:
+        second.resume()
+        second.move_relative(z=-0.01, timeout=20.0)
+
+
 def test_a_takeover_stops_the_other_program(arm: Served) -> None:
     with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)

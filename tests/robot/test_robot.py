@@ -24,6 +24,7 @@ from bioscara.errors import (
     MotionTimeoutError,
     NotHomedError,
     NotInitializedError,
+    NotSupportedError,
     StalledError,
     TrajectoryError,
 )
@@ -561,3 +562,49 @@ def test_a_closed_robot_says_what_to_do_and_shows_it(tmp_path: Path) -> None:
     for call in (robot.home, robot.open):
         with pytest.raises(BioscaraError, match="the robot was closed; make another one"):
             call()
+
+
+def test_a_simulated_arm_fails_at_rest_and_in_a_callback_of_its_motion(tmp_path: Path) -> None:
+    with Robot.simulated(homed=True, evidence=tmp_path) as robot:
+        robot.enable()
+        robot.simulate_fault("reset", "j3")
+        with pytest.raises(BioscaraError):
+            robot.move_relative(z=-0.02)
+        assert robot.faults[0].kind is FaultKind.JOINT_RESET
+        robot.acknowledge()
+        robot.recover()
+        robot.home()
+
+        def fail(record: CycleRecord) -> None:
+            if record.phase is Phase.TRAJECTORY and not robot.faults:
+                robot.simulate_fault("motor_power")
+
+        with pytest.raises(BioscaraError):
+            robot.unfold(on_cycle=fail)
+        assert FaultKind.POWER_LOST in {fault.kind for fault in robot.faults}
+        robot.simulate_fault("clear")
+        robot.acknowledge()
+        robot.recover()
+        robot.enable()
+
+
+def test_a_brown_out_is_over_after_its_time(tmp_path: Path) -> None:
+    with Robot.simulated(homed=True, evidence=tmp_path) as robot:
+        robot.enable()
+        robot.simulate_fault("brown_out", value=0.3)
+        with pytest.raises(BioscaraError):
+            robot.unfold()
+        robot.acknowledge()
+        begin = robot.clock.now()
+        while robot.clock.now() < begin + 0.3:
+            robot.clock.sleep_until(robot.clock.now() + 0.05)
+        robot.recover()
+        robot.enable()
+
+
+def test_an_arm_that_is_not_simulated_here_does_not_fail(scene: Scene) -> None:
+    # As of a real arm.
+    bus = FirmwareBus(scene.arm)
+    robot = Robot(bus, scene.robot.clock, ARM, "on another bus")
+    with robot, pytest.raises(NotSupportedError, match="real, or simulated by another process"):
+        robot.simulate_fault("hang", "j3")

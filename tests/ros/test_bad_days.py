@@ -8,10 +8,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from bioscara.api import messages as m
 from bioscara.api.runtime import VARIABLE
 from bioscara.remote import RemoteRobot
-from bioscara.remote.link import OwnerLink
 from processes import wait_until
 from ros.bringup_controllers import (
     HOMING,
@@ -28,7 +26,6 @@ from ros.bringup_controllers import (
 )
 from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
 from served import HALF, NAME
-from soak import simulate as let_fail
 
 pytestmark = pytest.mark.realtime
 OBSTACLE = HALF[0] + 0.15
@@ -45,16 +42,10 @@ def cleared(ros: Ros, ros_rig: Rig) -> Iterator[None]:
         recover(ros)
 
 
-def simulate(rig: Rig, fault: str, joint: str = "", value: float = 1.0) -> None:
-    """Let the arm fail, by another client, which needs the lease for it."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(VARIABLE, str(rig.folder))
-        link = OwnerLink(NAME, lambda _: None, lambda _: None)
-        link.open()
-        try:
-            assert let_fail(link, m.SimulateFault(fault, joint, value))
-        finally:
-            link.close()
+def simulate(rig: Rig, fault: str, joint: str = "", value: float | None = None) -> None:
+    """Let the arm fail, by another client."""
+    with observed(rig) as robot:
+        robot.simulate_fault(fault, joint, value)
 
 
 @contextmanager

@@ -34,10 +34,9 @@ CLIENTS = 3
 class FakeClient:
     """A client as the owner knows it, with the epoch that it believes it has."""
 
-    connected, gone = True, False
-
-    def __init__(self, number: int) -> None:
-        self.session, self.name = f"session {number}", f"client {number}"
+    def __init__(self, number: int, name: str = "") -> None:
+        self.session, self.name = f"session {number}", name or f"client {number}"
+        self.connected, self.gone = True, False
         self.epoch: int | None = None
 
     def send_record(self, goal: int, record: CycleRecord) -> None:
@@ -87,6 +86,7 @@ class Interleaving:
         """Moment in which the lease of each session was last taken by another client."""
         self.moment = self.stopped = 0
         self.nested = False
+        self.pauses: dict[str, FakeClient] = {}
 
     def run(self) -> None:
         for _ in range(STEPS):
@@ -99,7 +99,7 @@ class Interleaving:
         actions = (
             (self.acquire, 4), (self.start, 8), (self.plan, 8), (self.answer, 8), (self.cycle, 12),
             (self.drain, 8), (self.stop, 1), (self.renew, 8), (self.release, 1), (self.die, 1),
-            (self.wait, 3), (self.command, 4), (self.jog, 3),
+            (self.wait, 3), (self.command, 4), (self.jog, 3), (self.pause, 1), (self.resume, 2),
         )  # fmt: skip
         (action,) = self.choice.choices(
             [each for each, _ in actions], [each for _, each in actions]
@@ -176,13 +176,17 @@ class Interleaving:
         self.owner.handle(client, m.StopAll(), None)
         if self.model.holder != client.session:
             self.model.holder = ""
+        self.pauses.clear()
         self.moment += 1
         self.stopped = self.moment
 
     def die(self) -> None:
         """Replace a client by another one, as its program has ended without a word."""
         self.born += 1
-        self.clients[self.choice.randrange(CLIENTS)] = FakeClient(self.born)
+        number = self.choice.randrange(CLIENTS)
+        self.clients[number].connected = False
+        # Sometimes its program begins again: another session of the same name.
+        self.clients[number] = FakeClient(self.born, self.choice.choice(("", "of the page")))
 
     def start(self) -> None:
         client = self.someone()
@@ -262,15 +266,35 @@ class Interleaving:
                 m.Cancel(goal),
                 m.PauseGoal(goal),
                 m.ResumeGoal(goal),
-                m.Pause(),
-                m.Resume(),
-                m.Resume(),
             )
         )
         try:
             self.handle(client, command, self.epoch_of(client))
         except BioscaraError:
             return
+
+    def pause(self) -> None:
+        client = self.choice.choice(self.clients)
+        self.owner.handle(client, m.Pause(), None)
+        self.pauses[client.session] = client
+
+    def resume(self) -> None:
+        """Lift the pauses of a client: of its own, of its former connection, or all."""
+        client, before = self.choice.choice(self.clients), self.pauses
+        self.model.lapse(self.time)
+        if self.model.holder == client.session:
+            self.pauses = {}
+        else:
+            self.pauses = {
+                session: author
+                for session, author in before.items()
+                if author is not client and (author.connected or author.name != client.name)
+            }
+        try:
+            self.owner.handle(client, m.Resume(), None)
+        except LeaseError:
+            assert before, "nothing was paused"
+            assert self.pauses == before, f"{client.name} was refused its own pause"
 
     def jog(self) -> None:
         client = self.someone()
@@ -290,6 +314,7 @@ class Interleaving:
         """Check the laws that hold between any two steps."""
         self.owner.expire()
         self.model.lapse(self.time)
+        assert self.robot.arm.pauses.keys() == self.pauses.keys()
         lease = self.owner.lease
         assert (lease.holder, lease.epoch) == (self.model.holder, self.model.epoch)
         begun = [goal for _, _, goal in self.planned]

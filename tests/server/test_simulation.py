@@ -21,12 +21,9 @@ from bioscara.sim import FirmwareBus
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
 
 
-def apply(client: RawClient, epoch: int, fault: str, value: float = 1.0, joint: str = "") -> None:
-    """Let the arm fail, and wait until that is done."""
-    goal = client.request(m.Start(task=m.SimulateFault(fault, joint, value)), epoch).goal.goal
-    while not (state := client.request(m.GetGoal(goal)).goal).done:
-        time.sleep(0.005)
-    assert state.status == "succeeded", state.failure
+def apply(client: RawClient, fault: str, value: float | None = None, joint: str = "") -> None:
+    """Let the arm fail."""
+    assert client.request(m.SimulateFault(fault, joint, value)) == m.Done()
 
 
 def faults(client: RawClient) -> list[str]:
@@ -43,9 +40,9 @@ def test_the_arm_fails_and_recovers_once_the_fault_is_over(fault: str, value: fl
         epoch = client.acquire()
         client.request(m.Start(task=m.EnableTask()), epoch)
         eventually(lambda: served.owner.sample.enabled)
-        apply(client, epoch, fault, value)
+        apply(client, fault, value)
         eventually(lambda: served.robot.faults)
-        apply(client, epoch, "clear")
+        apply(client, "clear")
         assert faults(client) == []
         with Robot.connect(f"arm:{NAME}") as robot:
             robot.acquire_lease(force=True)
@@ -69,12 +66,11 @@ def recovered(robot: Robot) -> None:
 
 def test_a_client_that_connects_later_sees_the_simulated_faults() -> None:
     with arm_served(speed=20.0) as served, RawClient() as client:
-        epoch = client.acquire()
         client.request(m.Subscribe(events_after=client.welcome.last_event))
         begin = served.owner.sample.time
-        apply(client, epoch, "freeze_encoder", joint="j3")
-        apply(client, epoch, "obstacle", 0.9, "j3")
-        assert client.event("simulation").text == "simulated: j3 freeze_encoder 1"
+        apply(client, "freeze_encoder", joint="j3")
+        apply(client, "obstacle", 0.9, "j3")
+        assert client.event("simulation").text == "raw simulates: j3 freeze_encoder 1"
         with RawClient(name="later") as other:
             state = other.request(m.GetSimulation())
         assert (state.available, state.speed) == (True, 20.0)
@@ -83,8 +79,30 @@ def test_a_client_that_connects_later_sees_the_simulated_faults() -> None:
             ("obstacle", "j3", 0.9),
         ]
         assert begin <= state.faults[0].since <= served.owner.sample.time
-        apply(client, epoch, "clear_obstacles", joint="j3")
+        apply(client, "clear_obstacles", joint="j3")
         assert faults(client) == ["freeze_encoder"]
+
+
+def test_a_second_client_lets_the_arm_fail_while_the_first_one_moves_it() -> None:
+    with arm_served(speed=20.0) as served, RawClient("one") as one, RawClient("two") as two:
+        task = m.MoveJoints(goal=(0.9, *HALF[1:]), velocity_scaling=0.05)
+        begun = one.request(m.Start(task=task), one.acquire())
+        eventually(lambda: served.robot.is_moving)
+        apply(two, "hang", joint="j3")
+        eventually(lambda: served.robot.faults)
+        eventually(lambda: one.request(m.GetGoal(begun.goal.goal)).goal.failure)
+        assert served.owner.lease.client == "one"
+
+
+def test_a_fault_that_is_not_possible_is_refused_and_named() -> None:
+    with arm_served(), RawClient() as client:
+        for task, text in (
+            (m.SimulateFault("hung", "j3"), "did you mean hang"),
+            (m.SimulateFault("hang"), "hang is a fault of one joint; there are j1, j2, j3, j4"),
+            (m.SimulateFault("obstacle", "j3"), r"obstacle needs a value: .* \[rad or m\]"),
+        ):
+            with pytest.raises(InvalidArgumentError, match=text):
+                client.request(task)
 
 
 def pace(served: Served) -> float:

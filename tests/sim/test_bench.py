@@ -70,7 +70,7 @@ def test_a_brown_out_ends_automatically_and_the_arm_reports_it(bus: BenchBus) ->
     assert listed(bus) == [("brown_out", "", 0.5)]
     bus.bench.step(begin + 0.5)
     assert listed(bus) == []
-    assert said == ["simulated: brown_out 0.5", "simulated: brown_out is over"]
+    assert said == ["brown_out is over"]
 
 
 def test_a_brown_out_does_not_bring_a_supply_back_that_is_off(bus: BenchBus) -> None:

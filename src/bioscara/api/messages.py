@@ -576,26 +576,6 @@ class ConfirmScene(WorkspaceChange, frozen=True, kw_only=True, tag="confirm_scen
     """Declare that scene, tool and load, which are those of the owner's last run, still hold."""
 
 
-class SimulateFault(Task, frozen=True, tag="simulate_fault"):
-    """Let a simulated arm fail; refused on a real one.
-
-    Attributes:
-        fault: Of a joint ``reset``, ``power``, ``hang``, ``overheat``, ``freeze_encoder``,
-            ``obstacle``, ``clear_obstacles`` or ``push``; of the arm ``motor_power``,
-            ``brown_out``, ``bus_flips``, ``bus_loss`` or ``bus_stuck``; or ``clear``, which ends
-            all that last.
-        joint: The joint; not used by those of the arm.
-        value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
-            Position of an obstacle; force or torque of a push; time without motor supply of a
-            brown-out, 0.01 to 10 s; share of flipped bits, 0 to 0.01; share of lost exchanges,
-            0 to 1.
-    """
-
-    fault: str
-    joint: str = ""
-    value: float = 1.0
-
-
 AnyTask = (
     Motion
     | HomeTask
@@ -620,7 +600,6 @@ AnyTask = (
     | AttachTask
     | DetachTask
     | ConfirmScene
-    | SimulateFault
 )
 
 
@@ -739,13 +718,24 @@ class ResumeGoal(Command, frozen=True, tag="resume_goal"):
 
 
 class Pause(Command, frozen=True, tag="pause"):
-    """Bring all motion to rest on its path, until :class:`Resume`; needs no lease."""
+    """Bring all motion to rest on its path; needs no lease.
+
+    It lasts until :class:`Resume` or a stop, also when its client disconnects. A client of the same
+    name may then lift it in its place.
+
+    Attributes:
+        may_resume: Whether its client may lift it; a gateway sends false for one that may not
+            operate the arm.
+    """
+
+    may_resume: bool = True
 
 
 class Resume(Command, frozen=True, tag="resume"):
-    """Continue the motion that was paused."""
+    """Lift the pause of this client; all pauses, if it holds the lease. Needs no lease.
 
-    needs_lease: ClassVar[bool] = True
+    Motion continues when no pause is left. Refused if the arm is paused by others alone.
+    """
 
 
 class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
@@ -762,6 +752,28 @@ class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
 
 class StopAll(Command, frozen=True, tag="stop"):
     """Stop all motion on its path; needs no lease, and revokes that of another client."""
+
+
+class SimulateFault(Command, frozen=True, tag="simulate_fault"):
+    """Let a simulated arm fail, also while it moves; refused on a real one. Needs no lease.
+
+    Answered by :class:`Done` once the arm fails.
+
+    Attributes:
+        fault: Of a joint ``reset``, ``power``, ``hang``, ``overheat``, ``freeze_encoder``,
+            ``obstacle``, ``clear_obstacles`` or ``push``; of the arm ``motor_power``,
+            ``brown_out``, ``bus_flips``, ``bus_loss`` or ``bus_stuck``; or ``clear``, which ends
+            all that last.
+        joint: The joint; not used by those of the arm.
+        value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
+            Position of an obstacle; force or torque of a push; time without motor supply of a
+            brown-out, 0.01 to 10 s; share of flipped bits, 0 to 0.01; share of lost exchanges,
+            0 to 1. Null for the one that begins it, where it is a switch.
+    """
+
+    fault: str
+    joint: str = ""
+    value: float | None = None
 
 
 class SetSimulationSpeed(Command, frozen=True, tag="set_simulation_speed"):
@@ -1229,6 +1241,7 @@ AnyCommand = (
     | Resume
     | SetSpeedOverride
     | StopAll
+    | SimulateFault
     | SetSimulationSpeed
     | MakePlan
     | LoadController
@@ -1791,6 +1804,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
         enabled: Whether the motors are energised.
         fault: ``clear``, ``stopping``, ``latched`` or ``acknowledged``.
         paused: Whether all motion is paused.
+        paused_by: Names of the clients that paused it, oldest first.
         speed_override: Share of the planned speed.
         moving: Names of the operations that use the arm or the gripper.
         late: How much later than due the cycle began.
@@ -1826,6 +1840,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     stale: bool = False
     loads: tuple[float, ...] | None = None
     limitation: JogLimitation | None = None
+    paused_by: tuple[str, ...] = ()
 
 
 AnyResult = (

@@ -33,11 +33,26 @@ _RECORDINGS = Path("recordings")
 """Folder of the recordings, unless another one is given."""
 _FOLDERS = {
     "motion": {"run", "plan", "move", "home", "jog", "gripper", "power", "faults"},
-    "serving": {"serve", "owners", "stop", "monitor", "record", "view", "web", "ros"},
+    "serving": {
+        "serve",
+        "owners",
+        "stop",
+        "pause",
+        "simulate_fault",
+        "monitor",
+        "record",
+        "view",
+        "web",
+        "ros",
+    },
     "setup": {"joints", "flash", "poses", "tools", "simulate"},
 }
 """Modules of the commands by their folders in ``commands/``."""
-_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", "ros", *_OF_OWNERS}
+_WITHOUT_PARAMETERS = {
+    *("simulate", "poses", "tools", "stop", "pause", "resume", "record", "web", "ros"),
+    "simulate-fault",
+    *_OF_OWNERS,
+}
 """Commands that load no parameters, or leave it to their actions."""
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 _LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
@@ -75,6 +90,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_flash_command(parser)
     _add_serve_command(parser)
     _add_owner_commands(parser)
+    _add_simulate_fault_command(parser, words)
     _add_web_command(parser)
     _add_ros_command(parser)
     options = Options()
@@ -106,6 +122,8 @@ def _choose_owner(parser: Parser, options: Options) -> None:
     if not hasattr(options, "owned"):
         return
     bus_given = options.bus is not None
+    if bus_given and options.bus.startswith("arm:"):
+        parser.error(f"a served arm is named by --arm {options.bus[4:]}; leave out --bus")
     if not bus_given:
         options.bus = "sim"
     overlay = getattr(options, "parameters", None)
@@ -129,18 +147,25 @@ def _choose_owner(parser: Parser, options: Options) -> None:
                 f"{given[0]} is chosen by the owner of {options.arm}{source}; leave it out"
             )
         return
-    if given or not options.owned:
+    if not options.owned:
         return
     # Imported here: most commands have no owner to look for.
     from bioscara.api import runtime  # noqa: PLC0415
 
     try:
-        running = [owner.name for owner in runtime.owners() if owner.bus == options.bus]
+        owners = runtime.owners()
     except AccessError as error:
         parser.error(str(error))
-    if len(running) > 1:
-        parser.error(f"there are the arms {', '.join(running)}; choose one with --arm NAME")
-    options.arm = running[0] if running else None
+    served = [owner.name for owner in owners]
+    # A command about an arm that lasts has none of its own, and takes a served one on any bus.
+    any_bus = options.command in _LASTING and not bus_given
+    running = [owner.name for owner in owners if any_bus or owner.bus == options.bus]
+    if running and not given:
+        if len(running) > 1:
+            parser.error(f"there are the arms {', '.join(running)}; choose one with --arm NAME")
+        options.arm = running[0]
+    elif options.bus == "sim":
+        options.served = served
 
 
 def _check(parser: Parser, options: Options) -> None:
@@ -159,14 +184,10 @@ def _check(parser: Parser, options: Options) -> None:
             "this process does not: give --bus linux:1, --arm NAME of an arm that 'bioscara serve' "
             "runs, or --bus sim:/path.sock of one that 'bioscara simulate --socket /path.sock' runs"
         )
+    if options.command in {"poses", "tools"}:
+        _check_poses(parser, options)
     if options.command == "flash" and bus == "sim":
         parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
-    if options.command == "poses" and options.action == "show" and options.plot is None:
-        for word, value in (("--from", options.start), ("--scene", options.scene)):
-            if value is not None:
-                parser.error(
-                    f"{word} applies only to the motion that --plot FILE draws; add --plot"
-                )
     if getattr(options, "keep", math.inf) < getattr(options, "max_size", 0):
         parser.error("--keep is smaller than --max-size; give a larger one")
     if options.command == "view":
@@ -175,6 +196,34 @@ def _check(parser: Parser, options: Options) -> None:
         _check_web(parser, options)
     if options.command == "ros" and options.bus and options.arm:
         parser.error("--arm and --bus exclude one another; leave out one of them")
+
+
+def _check_poses(parser: Parser, options: Options) -> None:
+    """Refuse options of ``poses`` and ``tools`` that exclude or need one another."""
+    overlay = options.parameters
+    owners_own = {
+        "--table": options.table is not None,
+        "--bus": getattr(options, "bus", None) is not None,
+        "--parameters": overlay is not None and str(overlay) != os.environ.get(OVERLAY_VARIABLE),
+    }
+    for word, given in owners_own.items():
+        if given and options.arm is not None:
+            parser.error(f"--arm and {word} exclude one another; leave out one of them")
+    if options.command == "tools":
+        return
+    if options.action == "save" and (
+        options.bus is None and options.arm is None and not (options.joints or options.pose)
+    ):
+        parser.error(
+            "poses save needs one of --arm NAME or --bus BUS for the position of that arm, "
+            f"--joints {_JOINTS}, --pose X Y Z YAW"
+        )
+    if options.action == "show" and options.plot is None:
+        for word, value in (("--from", options.start), ("--scene", options.scene)):
+            if value is not None:
+                parser.error(
+                    f"{word} applies only to the motion that --plot FILE draws; add --plot"
+                )
 
 
 def _convert_degrees(options: Options) -> None:
@@ -454,6 +503,20 @@ def _add_serve_command(commands: Parser) -> None:
 def _add_owner_commands(commands: Parser) -> None:
     stop = _add_command(commands, "stop", "Stop the motion of an arm, or of all that are served.")
     stop.add_argument("name", metavar="NAME", nargs="?", help="name of the arm (default: all)")
+    pause = _add_command(
+        commands,
+        "pause",
+        "Bring the motion of an arm, or of all that are served, to rest on its path until "
+        "'bioscara resume'.",
+    )
+    pause.add_argument("--arm", metavar="NAME", help="name of the arm (default: all)")
+    resume = _add_command(
+        commands,
+        "resume",
+        "Lift the pause of this user, and where no client commands the arm those of all.",
+        "pause",
+    )
+    _add_arm(resume)
     texts = {
         "arms": "List the arms that are served, their processes and their states.",
         "status": "Show the state, the motion, the lease and the faults of an arm.",
@@ -477,6 +540,29 @@ def _add_owner_commands(commands: Parser) -> None:
         action="store_true",
         help="end the lease: the motion of its client is stopped, and others may command the arm",
     )
+
+
+def _add_simulate_fault_command(commands: Parser, words: Sequence[str]) -> None:
+    simulate = _add_command(
+        commands,
+        "simulate-fault",
+        "Let a served, simulated arm fail, also while a program moves it, or end that.",
+        "simulate_fault",
+    )
+    simulate.add_argument("fault", metavar="FAULT", help="one of the faults below")
+    simulate.add_argument(
+        "values",
+        metavar="JOINT VALUE",
+        nargs="*",
+        help="its arguments: a joint, as j3, and a value",
+    )
+    _add_arm(simulate)
+    if words[:1] == ["simulate-fault"]:
+        # Imported here: the compiled firmware, which the other commands do not load for their help.
+        from bioscara.cli.commands.serving.simulate_fault import kinds  # noqa: PLC0415
+
+        simulate.formatter_class = argparse.RawDescriptionHelpFormatter
+        simulate.epilog = "\n".join(["faults:", *kinds(), "", _EPILOG, ""])
 
 
 def _add_arm(parser: Parser) -> None:
@@ -545,11 +631,12 @@ def _add_poses_command(commands: Parser) -> None:
         action.add_argument("name", metavar="NAME", help="name of the pose")
     for action in (listing, show, save, delete):
         _add_table(action)
+        _add_arm_of_table(action)
         _add_degrees(action)
     _add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
     _add_start(show, "joint positions at the start of that motion")
     _add_scene(show, "file with the zones and the table that the motion keeps clear of")
-    where = save.add_mutually_exclusive_group(required=True)
+    where = save.add_mutually_exclusive_group()
     where.add_argument("--bus", metavar="BUS", help="current position of this arm; " + BUS_HELP)
     _add_four(where, "--joints", "J1 J2 J3 J4", "joint positions [rad m rad rad]")
     _add_four(where, "--pose", "X Y Z YAW", "pose of the tool in the base [m m m rad]")
@@ -571,6 +658,7 @@ def _add_tools_command(commands: Parser) -> None:
     add = _add_command(tools, "add", "Add a tool under a name.", "tools")
     for action in (listing, add):
         _add_table(action)
+        _add_arm_of_table(action)
         _add_degrees(action)
     add.add_argument("name", metavar="NAME", help="name of the tool")
     _add_four(
@@ -986,6 +1074,13 @@ def _add_table(parser: Parser, help_text: str = "file with the poses") -> None:
         metavar="FILE",
         type=Path,
         help=f"{help_text} (default: {TABLE}, if it exists)",
+    )
+
+
+def _add_arm_of_table(parser: Parser) -> None:
+    """Add the argument for the served arm whose poses are used."""
+    parser.add_argument(
+        "--arm", metavar="NAME", help="the poses of this arm, which 'bioscara serve' runs"
     )
 
 

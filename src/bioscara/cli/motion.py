@@ -22,8 +22,14 @@ from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.live_view import Caption, make_view
 from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
+from bioscara.cli.terminal.keyboard import Keyboard
 from bioscara.control.loop.realtime import realtime
-from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
+from bioscara.errors import (
+    BioscaraError,
+    InvalidArgumentError,
+    LeaseError,
+    MotionCancelledError,
+)
 from bioscara.kinematics import Joints
 from bioscara.kinematics.pose import wrapped
 from bioscara.model import ArmParameters
@@ -39,6 +45,7 @@ class Progress:
         cancelled: Returns whether to stop.
         observer: Shows the cycles.
         notes: Notes on the plan that were shown already.
+        keyboard: Its keys pause the motion and continue it; None for no keys.
 
     Attributes:
         begun: Whether a cycle of a motion was received: the arm may have moved.
@@ -46,9 +53,15 @@ class Progress:
     """
 
     def __init__(
-        self, robot: Robot, cancelled: StopRequest, observer: Observer, notes: Collection[str] = ()
+        self,
+        robot: Robot,
+        cancelled: StopRequest,
+        observer: Observer,
+        notes: Collection[str] = (),
+        keyboard: Keyboard | None = None,
     ) -> None:
         self._robot, self._cancelled, self._observer = robot, cancelled, observer
+        self._keyboard = keyboard
         self._new = NewWarnings(robot, notes)
         self.begun = False
         self.warnings: list[str] = []
@@ -67,7 +80,22 @@ class Progress:
         self._observer.cycle(record)
         if self._cancelled():
             self._robot.stop()
+        for key in self._keyboard.read() if self._keyboard else ():
+            self.press(key)
         self.show_warnings()
+
+    def press(self, key: str) -> bool:
+        """Pause all motion by ``p``, continue by ``c``; return whether the key is one of these."""
+        if key == "p":
+            self._robot.pause()
+            self.note("paused: c continues, Ctrl-C stops")
+        elif key == "c":
+            try:
+                self._robot.resume()
+                self.note("continues")
+            except LeaseError as error:
+                self.note(f"warning: {error}")
+        return key in {"p", "c"}
 
     def show_warnings(self) -> None:
         """Show the warnings of the robot that are new."""
@@ -109,6 +137,7 @@ def carry_out(
     output: Output,
     motion: Callable[[Progress], object],
     caption: Caption | None = None,
+    keyboard: Keyboard | None = None,
 ) -> ExitStatus:
     """Call a function that moves the arm, show it live, and report the error that stopped it.
 
@@ -119,6 +148,7 @@ def carry_out(
         output: Output for messages to the user.
         motion: Moves the arm.
         caption: Lines to show below the table of the joints; by default the pose of the tool.
+        keyboard: Its keys pause the motion and continue it; None for no keys.
 
     Raises:
         InvalidArgumentError: The motion was refused before anything moved.
@@ -129,7 +159,7 @@ def carry_out(
     progress: Progress | None = None
     try:
         with Observer(view) as observer:
-            progress = Progress(robot, cancelled, observer)
+            progress = Progress(robot, cancelled, observer, keyboard=keyboard)
             try:
                 motion(progress)
             finally:

@@ -63,7 +63,7 @@ def introduce(robot: Robot, options: Options, report: Callable[[str], None]) -> 
         options: Parsed options.
         report: Receives each line.
     """
-    report(f"arm: {robot.description}")
+    report(f"arm: {robot.description}{others_served(options)}")
     share = robot.bus_share
     if options.bus != "sim" and share > _BUS_SHARE:
         slower = math.floor(_BUS_SHARE / share / robot.period)
@@ -71,6 +71,15 @@ def introduce(robot: Robot, options: Options, report: Callable[[str], None]) -> 
             f"note: at {1.0 / robot.period:.0f} Hz the bus leaves {1.0 - share:.0%} of each cycle "
             f"free; on a busy computer, --rate {slower} leaves a fifth"
         )
+
+
+def others_served(options: Options) -> str:
+    """Return how to use a served arm in place of the one that the command simulates; or nothing."""
+    served = getattr(options, "served", ())
+    if not served:
+        return ""
+    each = " or ".join(f"--arm {name}" for name in served)
+    return f"; {each} takes the served arm{'s' if len(served) > 1 else ''}"
 
 
 @contextmanager

@@ -24,6 +24,7 @@ class Options(argparse.Namespace):
         module: Name of the module that implements it, below ``bioscara.cli.commands``.
         bus: Name of the bus.
         arm: Name of the owner whose arm is used or recorded; None for an arm of this process.
+        served: Names of the arms that are served while the command simulates one of its own.
         v1: Whether the simulated joints have their original firmware.
         homed: Whether the joints of the arm simulated in this process are homed at the start.
         parameters: File with the values in which the arm differs from the committed ones, if any.
@@ -72,6 +73,8 @@ class Options(argparse.Namespace):
         table: The file with taught poses; None for :data:`TABLE`.
         name: Name of a pose; of a replay, that of the served arm.
         tool: Name of a tool.
+        fault: Name of a simulated fault.
+        values: Its joint and its value, as far as they are given.
         calibration: Identifier of the arm's calibration; may be empty.
         joint: Number of the joint to flash.
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
@@ -96,6 +99,7 @@ class Options(argparse.Namespace):
     module: str
     bus: str
     arm: str | None
+    served: list[str]
     v1: bool
     homed: bool
     parameters: Path | None
@@ -142,6 +146,8 @@ class Options(argparse.Namespace):
     table: Path | None
     name: str
     tool: str
+    fault: str
+    values: list[str]
     calibration: str
     joint: int
     swd: bool

@@ -11,6 +11,7 @@ from bioscara.cli.options import FINGERS, Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.target import planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
+from bioscara.cli.terminal.keyboard import motion_keys
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.robot import Robot
@@ -53,7 +54,10 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
     if options.arm is None:
         wanted = _planner(options, parameters)
         _check(sequence, wanted)
-    with opened_arm(options, parameters, output) as (robot, cancelled):
+    with (
+        opened_arm(options, parameters, output) as (robot, cancelled),
+        motion_keys(output) as keyboard,
+    ):
         if wanted is not None:
             space = wanted.workspace
             robot.table, robot.scene, robot.tool = space.table, space.scene, space.tool
@@ -73,7 +77,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
                 cancelled=cancelled,
             )
 
-        status = carry_out(robot, cancelled, options, output, move)
+        status = carry_out(robot, cancelled, options, output, move, keyboard=keyboard)
         if status is ExitStatus.OK:
             show_position(robot, options, output)
     return status

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
+from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import TABLE, Options
 from bioscara.cli.output.angles import AngleUnit
 from bioscara.errors import ConfigurationError, InvalidArgumentError
+from bioscara.model import ArmParameters
+from bioscara.robot import Robot
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
-from bioscara.robot.workspace.teach_file import load_table
-from bioscara.robot.workspace.tools import Tool
+from bioscara.robot.workspace.teach_file import changing, load_table, save_table
+from bioscara.robot.workspace.tools import Tool, fingers
 
 T = TypeVar("T")
 
@@ -48,6 +53,51 @@ def read_table(options: Options, tool: Tool, *, create: bool = False) -> TeachTa
         ) from error
 
 
+class TableStore(NamedTuple):
+    """Poses and tools, and where they are kept.
+
+    Attributes:
+        table: The poses and tools.
+        where: The file, or the arm, in words.
+        parameters: Parameters of the arm.
+        save: Keeps others in their place.
+    """
+
+    table: TeachTable
+    where: str
+    parameters: ArmParameters
+    save: Callable[[TeachTable], object]
+
+
+@contextmanager
+def table_store(options: Options, *, changes: bool, create: bool) -> Iterator[TableStore]:
+    """Yield the poses of the arm of ``--arm``, or those of ``--table``.
+
+    Args:
+        options: Parsed options.
+        changes: Whether they are to be changed: other commands then wait.
+        create: Whether the file may be missing although it is named.
+
+    Raises:
+        ConfigurationError: The file cannot be read, or does not exist; names file and line.
+        OwnerLostError: No owner of that name runs.
+    """
+    if options.arm is not None:
+        with Robot.connect(f"arm:{options.arm}") as robot:
+            save = partial(setattr, robot, "table")
+            yield TableStore(robot.table, f"arm {options.arm}", robot.parameters, save)
+        return
+    parameters, file = parameters_from(options), table_file(options)
+    with changing(file) if changes else nullcontext():
+        # What is changed and not created has to exist, also the default one.
+        table = (
+            load_table(file, fingers(parameters))
+            if changes and not create
+            else read_table(options, fingers(parameters), create=create)
+        )
+        yield TableStore(table, str(file), parameters, partial(save_table, file))
+
+
 def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
     """Return the named entry of ``--table``; the error message mentions where it was looked for.
 
@@ -57,6 +107,8 @@ def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
     try:
         return find(name)
     except InvalidArgumentError as error:
+        if options.command in {"poses", "tools"} and options.arm is not None:
+            raise
         if options.arm is not None and options.table is None:
             raise InvalidArgumentError(
                 f"{error} (these are the poses that the owner of {options.arm} has; --table FILE "
@@ -70,7 +122,7 @@ def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
 
 
 def refuse_overwriting(
-    what: str, name: str, entries: Iterable[NamedPose | Tool], options: Options
+    what: str, name: str, entries: Iterable[NamedPose | Tool], store: TableStore, options: Options
 ) -> None:
     """Refuse a name that is taken, unless ``--force`` is given.
 
@@ -79,7 +131,7 @@ def refuse_overwriting(
     """
     if not options.force and any(entry.name == name for entry in entries):
         raise InvalidArgumentError(
-            f"there is a {what} {name} in {table_file(options)} already; choose another name, or "
+            f"there is a {what} {name} in {store.where} already; choose another name, or "
             "replace it with --force"
         )
 

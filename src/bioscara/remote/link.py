@@ -103,6 +103,7 @@ class OwnerLink:
         lost: Called there when the owner has ended or was restarted, and its goals with it.
         events_after: Number after which events are received; None for new ones only.
         pid: Process of the owner, which no other one may be; None for any.
+        client: Name of this client, for messages to people; None for its program and process.
         silence: Time without anything from the owner after which requests fail [s]; only for a
             program that has subscribed to samples. Until the owner is heard again, requests that
             need the lease are not sent: they would be carried out late. None to wait for each
@@ -124,6 +125,7 @@ class OwnerLink:
         *,
         events_after: int | None = None,
         pid: int | None = None,
+        client: str | None = None,
         silence: float | None = None,
     ) -> None:
         self.name = require_name(name)
@@ -131,7 +133,7 @@ class OwnerLink:
         self._heard = time.monotonic()
         self._receive, self._lost = receive, lost
         self._session = secrets.token_hex(16)
-        self._client = _program()
+        self._client = _program() if client is None else client[: m.NAME_MAX]
         self._numbers = itertools.count(1)
         self._pending: dict[int, _Pending] = {}
         self._recalls: dict[int, int] = {}

@@ -308,6 +308,11 @@ class RemoteRobot:
         return not any(map(math.isnan, self.state.positions))
 
     @property
+    def paused_by(self) -> tuple[str, ...]:
+        """Names of the clients that paused all motion; motion continues when none is left."""
+        return self._sample().paused_by
+
+    @property
     def is_enabled(self) -> bool:
         """Whether the motors of the joints are energised."""
         return self._opened and not self._closed and self._sample().enabled
@@ -375,20 +380,21 @@ class RemoteRobot:
         command = m.SetParameters(overlay=text, revision=revision)
         return self._command_for(command, m.ParametersState)
 
-    def simulate_fault(self, fault: str, joint: str = "", value: float = 1.0) -> None:
-        """Let a simulated arm fail.
+    def simulate_fault(self, fault: str, joint: str = "", value: float | None = None) -> None:
+        """Let a simulated arm fail, also while another program moves it; needs no lease.
 
         Args:
-            fault: Name of the fault; docs/api.md has the names, at ``simulate_fault``.
+            fault: Name of the fault; docs/simulation.md has the names. ``clear`` ends all.
             joint: The joint; empty for faults of the whole arm.
             value: Whether it is on, 1 or 0; the position of an obstacle [rad or m]; the torque
                 [N m] or, on ``j2``, the force [N] of a push; docs/simulation.md has the others.
+                None for the one that begins it, where it is a switch.
 
         Raises:
             NotSupportedError: The arm is real.
             InvalidArgumentError: There is no such fault or joint, or the value is not possible.
         """
-        self._do(m.SimulateFault(fault, joint, value))
+        self._ask(m.SimulateFault(fault, joint, value), m.Done)
 
     @property
     def simulation(self) -> m.SimulationState:
@@ -518,12 +524,30 @@ class RemoteRobot:
         self._ask(m.StopAll(), m.Done)
 
     def pause(self) -> None:
-        """Bring all motion to rest on its path until :meth:`resume`; needs no lease."""
+        """Bring all motion to rest on its path until :meth:`resume`; needs no lease.
+
+        Each program that pauses has to resume; a pause stays when its program ends. The program
+        with the lease lifts all pauses.
+        """
         self._ask(m.Pause(), m.Done)
 
     def resume(self) -> None:
-        """Continue the motion that was paused; does nothing if none was."""
-        self._command(m.Resume())
+        """Lift the pause of this program; all pauses, if it commands the arm.
+
+        Motion continues when no pause is left. Does nothing if the arm is not paused. Needs no
+        lease; where others alone have paused and no program commands the arm, it takes the lease.
+
+        Raises:
+            LeaseError: Others have paused, and another program commands the arm; names those who
+                can resume.
+        """
+        try:
+            self._ask(m.Resume(), m.Done)
+        except LeaseError as error:
+            if error.holder:
+                raise
+            self._lease.epoch()
+            self._ask(m.Resume(), m.Done)
 
     def enable(self) -> None:
         """Enable all joints at their positions; errors as ``Robot.enable``."""

@@ -61,7 +61,6 @@ class Arm:
         session: As given.
         arbiter: Admits one operation to each device.
         jaws: The widths that the gripper's jaws may have.
-        paused: Whether all motions are paused.
         bent_elbow: Position of j3 when the elbow was bent last, to either side [rad]; None if it
             was not yet.
         observers: Called at the end of each control cycle, in the thread that runs it; must return
@@ -79,8 +78,8 @@ class Arm:
         self.session, self._workspace = session, workspace
         self.jaws = JawWidths(session.gripper, session.parameters.gripper)
         self.arbiter = Arbiter()
-        self.paused = False
         self.bent_elbow: float | None = None
+        self._pauses: dict[str, str] = {}
         self.observers: tuple[Callable[[CycleReport], object], ...] = ()
         self._pace_homing = flag("pace_homing", pace_homing)
         self._pace_motion = flag("pace_motion", pace_motion)
@@ -143,14 +142,44 @@ class Arm:
             )
         self._speed_override = share
 
+    @property
+    def paused(self) -> bool:
+        """Whether all motions are paused."""
+        return bool(self._pauses)
+
+    @property
+    def pauses(self) -> dict[str, str]:
+        """Name of the author of each pause of all motions, by the author's key; oldest first."""
+        return self._pauses.copy()
+
+    def pause(self, author: str = "", name: str = "this program") -> None:
+        """Pause all motions until :meth:`resume` of the same author, from any thread.
+
+        Args:
+            author: Key of who pauses; by default the program that has the arm.
+            name: Name of the author, for messages to people.
+        """
+        # One step of the interpreter, as the methods below: a signal handler may call it.
+        self._pauses[author] = name
+
+    def resume(self, author: str = "") -> None:
+        """End the pause of an author; motions continue when none is left."""
+        self._pauses.pop(author, None)
+
     def speed_of(self, operation: Operation[Any]) -> float:
         """Return the share of the planned speed at which an operation moves now."""
         return 0.0 if self.paused or operation.paused else self._speed_override
 
+    @property
+    def resumption(self) -> str:
+        """What ends a pause, with the names of other programs that paused."""
+        others = [name for author, name in self.pauses.items() if author]
+        return f"resume() (paused by {', '.join(others)})" if others else "resume()"
+
     def pause_remedy(self, operation: Operation[Any]) -> str | None:
         """Return what ends the pause of an operation; None if it is not paused."""
         if self.paused or operation.paused:
-            return "resume()"
+            return self.resumption
         return "a speed_override above 0" if self._speed_override == 0.0 else None
 
     def pace(self, *, homing: bool) -> None:
@@ -404,6 +433,11 @@ class Arm:
         if not any(Device.ARM in other.devices for other in others):
             self.stack.loop.restart()
 
+    @property
+    def in_callback(self) -> bool:
+        """Whether this thread runs the loop, as in a callback of an operation."""
+        return self._stepper is threading.current_thread()
+
     def require_outside(self, name: str) -> None:
         """Raise in the thread that runs the loop, which would wait for itself.
 
@@ -415,19 +449,19 @@ class Arm:
             NotInitializedError: The arm belongs to a parent process, where the loop runs.
         """
         self.session.require_own()
-        if self._stepper is threading.current_thread():
+        if self.in_callback:
             running = self.arbiter.running or (Claim("the control loop"),)
             raise running[0].refuse(name, inside=True)
 
     def stop(self) -> None:
-        """Stop all operations and end a pause, from any thread; returns at once.
+        """Stop all operations and end all pauses, from any thread; returns at once.
 
         Raises:
             NotInitializedError: The arm belongs to a parent process.
         """
         self.session.require_own()
         self.arbiter.stop()
-        self.paused = False
+        self._pauses.clear()
 
     def connect(self) -> None:
         """Open the bus, connect to the joints and run the first control cycle; nothing moves.

@@ -39,6 +39,7 @@ from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, Enable
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.robot_gripper import RobotGripper
+from bioscara.robot.simulated_faults import simulate_fault
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
@@ -324,11 +325,37 @@ class Robot:
         A motion begun during a pause waits for it; ``warnings`` say so. Homing that has begun
         and the jaws are not paused: :meth:`stop` ends them.
         """
-        self._arm.paused = True
+        self._arm.pause()
 
     def resume(self) -> None:
-        """Continue the motion that was paused; does nothing if none was."""
-        self._arm.paused = False
+        """Lift the pause of this program; motion continues unless its clients have paused, too."""
+        self._arm.resume()
+
+    def simulate_fault(self, fault: str, joint: str = "", value: float | None = None) -> None:
+        """Let an arm fail that is simulated in this process, also while it moves.
+
+        From any thread, and in callbacks. The next cycles meet the fault: a motion then raises.
+
+        Args:
+            fault: Name of the fault; docs/simulation.md has the names. ``clear`` ends all.
+            joint: The joint; empty for faults of the whole arm.
+            value: Whether it is on, 1 or 0; the position of an obstacle [rad or m]; the torque
+                [N m] or, on ``j2``, the force [N] of a push; docs/simulation.md has the others.
+                None for the one that begins it, where it is a switch.
+
+        Raises:
+            NotSupportedError: The arm is real, or simulated by another process.
+            InvalidArgumentError: There is no such fault or joint, or the value is not possible.
+        """
+        simulate_fault(self._arm, fault, joint, value)
+
+    @property
+    def paused_by(self) -> tuple[str, ...]:
+        """Names of the programs that paused all motion: of this one, and of clients if it serves.
+
+        Motion continues when none is left.
+        """
+        return tuple(self._arm.pauses.values())
 
     @property
     def joints(self) -> tuple[Joint, ...]:

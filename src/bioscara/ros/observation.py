@@ -74,6 +74,7 @@ class Observation:
             )
             for topic in ("introspection_data", "statistics")
         }
+        self._paused_by: tuple[str, ...] = ()
         self._publishing = threading.Lock()
         self._states: tuple[dict[str, str], dict[str, str]] | None = None
         self._values: Mapping[str, m.ComponentValue] = {}
@@ -125,6 +126,7 @@ class Observation:
         except BioscaraError as error:
             self._publish_diagnostics((_without_owner(str(error)),))
             return
+        self._paused_by = robot.paused_by
         self._publish_diagnostics(tuple(map(self._status, found.diagnostics)))
         values = {
             self._described(name): value
@@ -150,6 +152,9 @@ class Observation:
         level, message = value.level, self._described(value.message)
         if value.name == "Controllers Activity" and not self._loaded.names:
             level, message = max(level, 1), "no controllers are loaded"
+        if value.name == _MANAGER and self._paused_by:
+            paused = f"paused by {', '.join(self._paused_by)}"
+            level, message = max(level, 1), f"{message}; {paused}" if level else paused
         if value.name == _MANAGER and (refusal := self._bridge.refusals.last):
             level, message = max(level, 1), f"{message}; {refusal}" if level else refusal
         return _status(f"{node}: {value.name}", level, message, values)

@@ -142,7 +142,10 @@ class OwnerConnection:
             robot = self.robot
             try:
                 return call(robot)
-            except LeaseError:
+            except LeaseError as error:
+                if error.holder:
+                    # It says who has to do what.
+                    raise
                 robot.acquire_lease()
                 return call(robot)
         finally:

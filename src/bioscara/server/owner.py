@@ -29,12 +29,14 @@ from bioscara.robot import Robot
 from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.operation import Operation, Status
 from bioscara.robot.planner import Plan
+from bioscara.robot.simulated_faults import simulate_fault
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
 from bioscara.server.bench_file import BenchFile
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.clients.events import Events
 from bioscara.server.clients.lease import Lease
+from bioscara.server.clients.pauses import Pauses, joined
 from bioscara.server.controllers.requests import ClientControllers
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.kept_files import scene_file, table_file
@@ -154,8 +156,9 @@ class Owner:
         self._joints = JointReports(self._arm, clock)
         self._begin = clock()
         self._sampler = Sampler(self._arm)
+        self._pauses = Pauses(self._arm, self.lease)
         self._simulation = Simulation(
-            self._arm, lambda text: post(lambda: self._event("simulation", text))
+            self._arm, lambda text: post(lambda: self._event("simulation", f"simulated: {text}"))
         )
         self._controllers = ClientControllers(self._arm, self)
         self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
@@ -189,6 +192,7 @@ class Owner:
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
             m.GetHistory: self._past,
             m.GetSimulation: lambda *_: self._simulation.state(),
+            m.SimulateFault: self._simulate_fault,
             m.SetSimulationSpeed: self._set_simulation_speed,
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
@@ -251,7 +255,6 @@ class Owner:
             self._controllers.goals.observe(self._arm.stack.supervisor)
             self.sample = sample = self._sampler.sample(cycle)
             self._history.add(sample)
-            self._simulation.step(cycle.time)
             self.controllers_sample = (
                 self._controller_sampler.sample(self.sample.cycle, cycle)
                 if self.controllers_wanted
@@ -496,14 +499,19 @@ class Owner:
         self.goals.get(command.goal).operation.resume()
         return m.Done()
 
-    def _pause(self, client: Client, *_: object) -> m.Done:
-        self.robot.pause()
+    def _pause(self, client: Client, command: m.Pause, _: int) -> m.Done:
+        self._pauses.begin(client, may_resume=command.may_resume)
         self._event("pause", f"{client.name} paused all motion", client.name)
         return m.Done()
 
     def _resume(self, client: Client, *_: object) -> m.Done:
-        self.robot.resume()
-        self._event("resume", f"{client.name} resumed the motion", client.name)
+        self.expire()
+        if not self._pauses.lift(client):
+            return m.Done()
+        text = f"{client.name} resumed the motion"
+        if left := self._arm.pauses.values():
+            text = f"{client.name} lifted its pause; motion stays paused by {joined([*left])}"
+        self._event("resume", text, client.name)
         return m.Done()
 
     def _set_speed_override(self, client: Client, command: m.SetSpeedOverride, _: int) -> m.Done:
@@ -511,6 +519,14 @@ class Owner:
         text = f"{client.name} set the speed to {command.share:.0%}"
         self._event("speed_override", text, client.name)
         return m.Done()
+
+    def _simulate_fault(self, client: Client, command: m.SimulateFault, _: int) -> Later:
+        def finish(what: str) -> m.Done:
+            self._event("simulation", f"{client.name} simulates: {what}", client.name)
+            return m.Done()
+
+        fault, joint, value = command.fault, command.joint, command.value
+        return Later(lambda: simulate_fault(self._arm, fault, joint, value), finish)
 
     def _set_simulation_speed(
         self, client: Client, command: m.SetSimulationSpeed, _: int

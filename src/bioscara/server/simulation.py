@@ -7,39 +7,15 @@ from collections.abc import Callable
 
 from bioscara.api import messages as m
 from bioscara.arguments import number
-from bioscara.errors import LimitError, NotSupportedError
+from bioscara.errors import LimitError
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.pacing import PacedClock
-from bioscara.sim import Bench, BenchBus
+from bioscara.robot.simulated_faults import bench_of
+from bioscara.sim import BenchBus
 
 SLOWEST, FASTEST = 0.1, 20.0
 """Range of the speed that a client may choose. At 20 a lease of 2 s is 40 s of the arm's time; at
 0.1 a cycle takes 0.1 s, and clients see fresh states ten times a second."""
-
-
-def bench_of(arm: Arm) -> Bench:
-    """Return the bench of an arm.
-
-    Raises:
-        NotSupportedError: It is not simulated in this process.
-    """
-    bus = arm.session.bus
-    if not isinstance(bus, BenchBus):
-        raise NotSupportedError(
-            "faults and speed can be chosen for the arm that bioscara serve --bus sim simulates; "
-            "this one is real, or simulated by another process"
-        )
-    return bus.bench
-
-
-def simulate(arm: Arm, task: m.SimulateFault) -> None:
-    """Let a simulated arm fail, in the thread that runs its control loop.
-
-    Raises:
-        NotSupportedError: It is not simulated in this process.
-        InvalidArgumentError: There is no such fault or joint, or the value is out of range.
-    """
-    bench_of(arm).apply(task.fault, task.joint, task.value)
 
 
 class Simulation:
@@ -58,15 +34,6 @@ class Simulation:
         self._clock = clock if isinstance(clock, PacedClock) else None
         if self._bench is not None:
             self._bench.changed = changed
-
-    def step(self, now: float) -> None:
-        """End the faults whose time is over; called at the end of each cycle.
-
-        Args:
-            now: Time on the arm's clock [s].
-        """
-        if self._bench is not None:
-            self._bench.step(now)
 
     def state(self) -> m.SimulationState:
         """Return the faults and the speed now."""

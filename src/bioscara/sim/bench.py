@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from bioscara.arguments import number
+from bioscara.arguments import number, text
 from bioscara.bus import Direction, FaultyBus, Injection, Transaction, When
 from bioscara.errors import CommunicationError, InvalidArgumentError, LimitError
 from bioscara.sim.firmware_bus import FirmwareBus
@@ -38,39 +38,58 @@ class SimulatedFault(NamedTuple):
     since: float
 
 
-class FaultRange(NamedTuple):
-    """Values that a fault takes.
+class BenchFault(NamedTuple):
+    """A kind of fault, and the values that it takes.
 
     Attributes:
         of_joint: Whether it concerns one joint.
+        meaning: What fails, in words.
+        value: What the value is, in words; empty if none has an effect.
+        on: The value that begins it where none is given; NaN if one has to be given.
+        off: The value that ends it; NaN if it ends after a time or by another one.
         lower: Smallest value.
         upper: Largest value.
         unit: Unit of the value; empty for switches and shares.
-        off: The value that ends it; NaN if it ends after a time or by another one.
     """
 
     of_joint: bool
+    meaning: str
+    value: str = ""
+    on: float = 1.0
+    off: float = 0.0
     lower: float = 0.0
     upper: float = 1.0
     unit: str = ""
-    off: float = 0.0
 
+
+_SWITCH = "1 begins, 0 ends"
+_POWER = "0 off, 1 on"
 
 FAULTS = {
-    "reset": FaultRange(True, off=math.nan),
-    "power": FaultRange(True, off=1.0),
-    "hang": FaultRange(True),
-    "overheat": FaultRange(True),
-    "freeze_encoder": FaultRange(True),
-    "obstacle": FaultRange(True, -10.0, 10.0, "rad or m", math.nan),
-    "clear_obstacles": FaultRange(True, off=math.nan),
-    "push": FaultRange(True, -1000.0, 1000.0, "N m or N"),
-    "motor_power": FaultRange(False, off=1.0),
-    "brown_out": FaultRange(False, 0.01, 10.0, "s", math.nan),
-    "bus_flips": FaultRange(False, 0.0, 1e-2),
-    "bus_loss": FaultRange(False),
-    "bus_stuck": FaultRange(False),
-    "clear": FaultRange(False, off=math.nan),
+    "reset": BenchFault(True, "its controller restarts, and its home is lost", off=math.nan),
+    "power": BenchFault(True, "its controller has no power", _POWER, 0.0, 1.0),
+    "hang": BenchFault(True, "its firmware hangs; the watchdog of ours restarts it", _SWITCH),
+    "overheat": BenchFault(True, "its motor driver is too hot", _SWITCH),
+    "freeze_encoder": BenchFault(True, "its encoder reports an old angle", _SWITCH),
+    "obstacle": BenchFault(
+        True, "it runs into an obstacle", "position", math.nan, math.nan, -10.0, 10.0, "rad or m"
+    ),
+    "clear_obstacles": BenchFault(True, "its obstacles are away", off=math.nan),
+    "push": BenchFault(
+        True, "it is pushed", "torque or force (0 ends)", math.nan, 0.0, -1000.0, 1000.0, "N m or N"
+    ),
+    "motor_power": BenchFault(False, "no motor has power", _POWER, 0.0, 1.0),
+    "brown_out": BenchFault(
+        False, "no motor has power for a time", "time", math.nan, math.nan, 0.01, 10.0, "s"
+    ),
+    "bus_flips": BenchFault(
+        False, "bits flip on the bus", "share of the bits (0 ends)", math.nan, upper=1e-2
+    ),
+    "bus_loss": BenchFault(
+        False, "exchanges are lost on the bus", "share of the exchanges (0 ends)", math.nan
+    ),
+    "bus_stuck": BenchFault(False, "a line of the bus is held low", _SWITCH),
+    "clear": BenchFault(False, "nothing fails any more", off=math.nan),
 }
 """The faults, and the two that end others: ``clear_obstacles`` of a joint, and ``clear`` all."""
 
@@ -84,7 +103,7 @@ class Bench:
 
     Attributes:
         faults: Those that last, oldest first; replaced as a whole, so that any thread may read it.
-        changed: Called with a sentence after each change.
+        changed: Called with a sentence after a fault has ended by itself.
     """
 
     def __init__(self, arm: SimulatedArm, bus: FaultyBus) -> None:
@@ -94,7 +113,7 @@ class Bench:
         self._on_bus: dict[str, list[Injection]] = {}
         self._due: dict[str, float] = {}
 
-    def apply(self, fault: str, joint: str = "", value: float = 1.0) -> None:
+    def apply(self, fault: str, joint: str = "", value: float | None = None) -> str:
         """Let the arm fail, or end that.
 
         Args:
@@ -103,22 +122,27 @@ class Bench:
             value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
                 Position of an obstacle [rad or m]; torque or force of a push [N m or N]; time
                 without motor supply of a brown-out [s]; share of the flipped bits, or of the lost
-                exchanges.
+                exchanges. None for the one that begins it, where it is a switch.
+
+        Returns:
+            What was done, in words.
 
         Raises:
-            InvalidArgumentError: There is no such fault or joint.
+            InvalidArgumentError: There is no such fault or joint, or a value is missing.
             LimitError: The value is outside its range.
         """
-        if (kind := FAULTS.get(fault)) is None:
+        if (kind := FAULTS.get(text("fault", fault))) is None:
             hint = did_you_mean(fault, FAULTS, f"there are {', '.join(FAULTS)}")
             raise InvalidArgumentError(f"there is no simulated fault {fault!r}; {hint}")
         if not kind.of_joint:
             joint = ""
-        elif joint not in JOINTS:
-            raise InvalidArgumentError(
-                f"there is no joint {joint!r}; there are {', '.join(JOINTS)}"
-            )
-        value = number(f"value of {fault}", value)
+        elif text("joint", joint) not in JOINTS:
+            what = f"there is no joint {joint!r}" if joint else f"{fault} is a fault of one joint"
+            raise InvalidArgumentError(f"{what}; there are {', '.join(JOINTS)}")
+        if value is None and math.isnan(kind.on):
+            unit = f" [{kind.unit}]" if kind.unit else ""
+            raise InvalidArgumentError(f"{fault} needs a value: {kind.value}{unit}")
+        value = kind.on if value is None else number(f"value of {fault}", value)
         if not kind.lower <= value <= kind.upper:
             raise LimitError(f"value of {fault}", value, kind.lower, kind.upper, kind.unit)
         if fault == "clear":
@@ -126,10 +150,10 @@ class Bench:
         else:
             self._set(fault, joint, value)
             self._list(SimulatedFault(fault, joint, value, self._arm.now()))
-        self.changed(" ".join(word for word in ("simulated:", joint, fault, f"{value:g}") if word))
+        return " ".join(word for word in (joint, fault, f"{value:g}" if kind.value else "") if word)
 
     def step(self, now: float) -> None:
-        """End the faults whose time is over; called each cycle.
+        """End the faults whose time is over; called before each exchange on the bus.
 
         Args:
             now: Time on the arm's clock [s].
@@ -140,7 +164,7 @@ class Bench:
             if fault == "brown_out" and not self._lasts("motor_power"):
                 self._arm.set_motor_power(True)
             self._forget(fault, joint)
-            self.changed(" ".join(word for word in ("simulated:", joint, fault, "is over") if word))
+            self.changed(" ".join(word for word in (joint, fault, "is over") if word))
 
     def _set(self, fault: str, joint: str, value: float) -> None:
         arm, on = self._arm, bool(value)
@@ -247,6 +271,7 @@ class BenchBus(FirmwareBus):
         Raises:
             BusUnavailableError: The bus is closed.
         """
+        self.bench.step(self.arm.now())
         return self._disturbed.transfer(transactions)
 
     def close(self) -> None:

@@ -12,7 +12,6 @@ import pyarrow.parquet
 import pytest
 
 from bioscara import Robot, Trajectory
-from bioscara.api import messages as m
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.model import load_parameters
 from bioscara.planning import check
@@ -24,7 +23,6 @@ from bioscara.rosbag.cdr import CdrMessage
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
-from bioscara.server.simulation import simulate
 from full_disk import full_after
 from processes import LIMIT, environment, running, wait_until
 from recording.conftest import Made
@@ -215,7 +213,7 @@ def test_a_fault_is_exported_with_the_recording_of_its_arm(tmp_path: Path) -> No
     with served(tmp_path) as owner, recording(tmp_path) as recorder:
         with Robot.connect(f"arm:{NAME}") as robot:
             robot.enable()
-            simulate(owner.robot.arm, m.SimulateFault("reset", "j3"))
+            owner.robot.simulate_fault("reset", "j3")
             wait_until(lambda: robot.faults != (), "the fault")
             (fault,) = robot.acknowledge()
             assert fault.evidence is not None

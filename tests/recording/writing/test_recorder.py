@@ -13,7 +13,6 @@ from mcap.reader import make_reader
 
 import bioscara.recording.writing.folder as recording_folder
 from bioscara import Robot
-from bioscara.api import messages as m
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
@@ -22,7 +21,6 @@ from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.robot import kinematics_of
 from bioscara.rosbag.topics import Topic
-from bioscara.server.simulation import simulate
 from full_disk import full_after
 from processes import wait_until
 from recording.conftest import Made
@@ -237,7 +235,7 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
     with served(tmp_path) as owner, recording(tmp_path) as recorder:
         with Robot.connect(f"arm:{NAME}") as robot:
             robot.enable()
-            simulate(owner.robot.arm, m.SimulateFault("reset", "j3"))
+            owner.robot.simulate_fault("reset", "j3")
             wait_until(lambda: robot.faults != (), "the fault")
             (fault,) = robot.acknowledge()
             assert fault.evidence is not None

@@ -8,9 +8,12 @@ from typing import Any
 
 import pytest
 
+from bioscara import Robot
+from bioscara.api.runtime import VARIABLE
+from processes import wait_until
 from ros.bringup_controllers import VELOCITY, clear, ended, energise, follow, go_home, goal, near
-from ros.rig import ABORTED, CANCELED, SUCCEEDED, Ros
-from served import HALF
+from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
+from served import HALF, NAME
 
 pytestmark = pytest.mark.realtime
 
@@ -111,6 +114,40 @@ def test_stop_ends_the_motion_of_controllers(ros: Ros) -> None:
     assert ended(ros, number)["status"] == ABORTED
     assert ros.states() == {VELOCITY: "inactive"}
     assert ros.switch([VELOCITY])["ok"]
+    go_home(ros)
+
+
+def test_a_motion_is_paused_and_resumed(
+    ros: Ros, ros_rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, str(ros_rig.folder))
+
+    def trigger(name: str) -> Any:
+        return ros.call("std_srvs/srv/Trigger", f"/bioscara/{name}")
+
+    assert trigger("pause")["success"]
+    number = move(ros, "move_named", name="center", velocity_scaling=0.3)
+    with Robot.connect(f"arm:{NAME}") as other:
+        (author,) = other.paused_by
+        ros.do("listen", type="diagnostic_msgs/DiagnosticArray", topic="/diagnostics")
+        wait_until(
+            lambda: (
+                f"paused by {author}" in str(ros.do("heard", topic="/diagnostics", count=1)[-1])
+            ),
+            "the diagnostics say who paused",
+        )
+        ros.do("silence", topic="/diagnostics")
+        other.pause()
+        assert trigger("resume")["success"]
+        assert not other.paused_by, "the node has the lease, and lifts all pauses"
+        assert ended(ros, number)["status"] == SUCCEEDED
+        other.pause()
+        other.acquire_lease()
+        (author,) = other.paused_by
+        able = f"only the holder of the lease, '{author}', can resume"
+        assert trigger("resume") == {"success": False, "message": f"paused by '{author}'; {able}"}
+        other.resume()
+    ros.spawn(VELOCITY)
     go_home(ros)
 
 

@@ -392,7 +392,6 @@ def test_yesterdays_epoch_commands_nothing(served: Served) -> None:
         goals = served.owner.goals.last
         for command in (
             m.Start(task=m.HomeTask()),
-            m.Resume(),
             m.SetSpeedOverride(1.0),
             m.RenewLease(),
             m.ReleaseLease(),

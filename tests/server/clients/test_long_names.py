@@ -53,8 +53,8 @@ COMMANDS: dict[str, Callable[[str], m.AnyCommand]] = {
     "tool": lambda name: m.Start(task=m.SetTool(name=name)),
     "joints": lambda name: m.Start(task=m.HomeTask(joints=(name,))),
     "sensitivity": lambda name: m.Start(task=m.HomeTask(sensitivity={name: 1})),
-    "fault": lambda name: m.Start(task=m.SimulateFault(name, "j1")),
-    "joint": lambda name: m.Start(task=m.SimulateFault("reset", name)),
+    "fault": lambda name: m.SimulateFault(name, "j1"),
+    "joint": lambda name: m.SimulateFault("reset", name),
 }
 """Requests that are refused because of a name."""
 LONG_NAMES = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8).map(

@@ -17,7 +17,8 @@ COMMANDS = {
     "get_trajectories list_goals make_plan stop pause query_controller "
     "get_introspection",
     OPERATE: "start add_points set_jog_velocity end_jog cancel pause_goal resume_goal resume "
-    "set_speed_override set_simulation_speed acquire_lease renew_lease release_lease report",
+    "set_speed_override simulate_fault set_simulation_speed acquire_lease renew_lease "
+    "release_lease report",
     ADMIN: "set_parameters load_controller configure_controller "
     "cleanup_controller unload_controller switch_controllers set_hardware_state "
     "add_goal_points follow_goal stream_trajectory send_gripper_goal trigger_homing "
@@ -28,7 +29,7 @@ TASKS = {
     OPERATE: "move_joints move_to move_linear move_relative move_circular move_named move_sequence "
     "unfold home follow execute jog move_gripper open_gripper close_gripper grasp release_load "
     "enable disable enable_gripper disable_gripper acknowledge recover set_scene set_table "
-    "set_tool set_reduced_speed attach detach simulate_fault",
+    "set_tool set_reduced_speed attach detach",
 }
 
 

@@ -53,6 +53,29 @@ def test_a_viewer_looks_plans_pauses_and_stops_and_does_no_more(left: Site) -> N
             assert "this client has view" in refused["text"]
 
 
+def test_a_pause_of_a_viewer_is_lifted_by_the_holder_of_the_lease_alone(left: Site) -> None:
+    with left.client(Scope.VIEW) as viewer, left.client(Scope.OPERATE) as operator:
+        assert viewer.request("pause", may_resume=True) == {"kind": "done"}
+        (name,) = operator.request("get_state")["paused_by"]
+        assert name.startswith("test (view, ")
+        refused = operator.request("resume")
+        assert refused["error"] == "LeaseError"
+        assert refused["text"] == f"paused by '{name}'; the client that takes the lease can resume"
+        epoch = operator.request("acquire_lease")["lease"]["epoch"]
+        assert operator.request("resume") == {"kind": "done"}
+        assert operator.request("get_state")["paused_by"] == []
+        operator.request("release_lease", epoch)
+
+
+def test_an_operator_lifts_its_own_pause_without_the_lease(left: Site) -> None:
+    with left.client(Scope.OPERATE) as operator, left.client(Scope.OPERATE, "other") as other:
+        epoch = other.request("acquire_lease")["lease"]["epoch"]
+        assert operator.request("pause") == {"kind": "done"}
+        assert operator.request("resume") == {"kind": "done"}
+        assert operator.request("get_state")["paused"] is False
+        other.request("release_lease", epoch)
+
+
 def test_an_operator_commands_and_does_not_administer(left: Site) -> None:
     with left.client(Scope.OPERATE) as operator:
         epoch = operator.request("acquire_lease")["lease"]["epoch"]

@@ -117,7 +117,7 @@ class JogKeys:
         pairs = zip(("w/s", "a/d", "r/f", "t/g"), axes, strict=True)
         return [
             f"{what}, {how}: " + "  ".join(f"{keys} {axis}" for keys, axis in pairs),
-            "m tool/joints  n hold/steps  +/- speed, step size  q end",
+            "m tool/joints  n hold/steps  +/- speed, step size  p pause  c continue  q end",
         ]
 
     def _requested(self) -> JogStep:

@@ -7,8 +7,11 @@ import re
 import select
 import sys
 import termios
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Self
 
+from bioscara.cli.output.console import Output
 from bioscara.errors import InvalidArgumentError
 
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
@@ -72,3 +75,25 @@ class Keyboard:
                 keys.append(self._rest[0])
                 self._rest = self._rest[1:]
         return keys
+
+
+@contextmanager
+def motion_keys(output: Output) -> Iterator[Keyboard | None]:
+    """Read the keys for a motion, within a block of code, and name them; None without a terminal.
+
+    A process in the background gets none: the system would suspend it for reading them.
+    """
+    if not sys.stdin.isatty() or _in_background(sys.stdin.fileno()):
+        yield None
+        return
+    with Keyboard() as keyboard:
+        output.line("keys: p pauses the motion, c continues it; Ctrl-C stops")
+        yield keyboard
+
+
+def _in_background(terminal: int) -> bool:
+    try:
+        return os.tcgetpgrp(terminal) != os.getpgrp()
+    except OSError:
+        # Of a terminal that is not the one of its session.
+        return False

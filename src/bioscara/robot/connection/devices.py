@@ -16,6 +16,7 @@ from bioscara.robot.connection.pacing import PacedClock
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
 """File in which the last width of a real gripper is stored."""
+_SERVED = "arm:NAME (one that 'bioscara serve' runs: 'bioscara arms' lists them)"
 
 
 class Devices(NamedTuple):
@@ -88,7 +89,7 @@ def devices_on(name: str, parameters: ArmParameters) -> Devices:
             *_simulated_gripper(parameters.gripper, served.clock),
         )
     clock = MonotonicClock()
-    bus = open_bus(name, ("sim", "sim:/path.sock"))
+    bus = open_bus(name, ("sim", "sim:/path.sock", _SERVED))
     return Devices(bus, clock, f"real arm on {name}", real_gripper(parameters, clock), None)
 
 

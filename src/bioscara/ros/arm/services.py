@@ -1,4 +1,4 @@
-"""Services that ros2_control does not have: plans, named poses, STOP and faults."""
+"""Services that ros2_control does not have: plans, named poses, STOP, pauses and faults."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bioscara_interfaces import msg, srv
+from std_srvs.srv import Trigger
 
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
@@ -35,6 +36,8 @@ class ArmServices:
             "save_pose": (srv.SavePose, self._save_pose),
             "delete_pose": (srv.DeletePose, self._delete_pose),
             "stop": (srv.Stop, lambda *_: bridge.owner.robot.stop()),
+            "pause": (Trigger, lambda *_: bridge.owner.robot.pause()),
+            "resume": (Trigger, lambda *_: bridge.owner.command(lambda robot: robot.resume())),
             "list_faults": (srv.ListFaults, self._list_faults),
             "acknowledge_faults": (
                 srv.AcknowledgeFaults,
@@ -59,8 +62,10 @@ class ArmServices:
             except BioscaraError as error:
                 self._bridge.node.get_logger().error(f"{name}: {error}")
                 if hasattr(response, "success"):
-                    response.success, response.code = False, error.code
-                    response.message = str(error)
+                    response.success, response.message = False, str(error)
+                # Those of std_srvs have no number.
+                if hasattr(response, "code"):
+                    response.code = error.code
             else:
                 if hasattr(response, "success"):
                     response.success = True

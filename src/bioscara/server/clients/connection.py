@@ -50,6 +50,7 @@ _LONG = (
     | m.AddPoints
     | m.MakePlan
     | m.SetParameters
+    | m.SimulateFault
     | m.GetFlightRecord
     | m.GetHistory
     | m.GetJoints

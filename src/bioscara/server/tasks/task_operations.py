@@ -11,7 +11,6 @@ from bioscara.api.values import scene_of
 from bioscara.errors import ConflictError, InvalidArgumentError, NotSupportedError
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot.arm import Arm
-from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.execution import SETTLING
 from bioscara.robot.operations.fault_handling import Acknowledge, Recover
@@ -26,7 +25,6 @@ from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.kept_files import KeptFile
-from bioscara.server.simulation import simulate
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.uploads import Uploads
 
@@ -77,9 +75,6 @@ class TaskOperations:
             m.CloseGripperTask: self._move_gripper,
             m.GraspTask: self._move_gripper,
             m.ReleaseLoad: self._move_gripper,
-            m.SimulateFault: lambda task, _: BetweenCycles(
-                "simulate_fault()", lambda arm: simulate(arm, task), frozenset()
-            ),
         }
 
     def operation(
@@ -94,7 +89,7 @@ class TaskOperations:
 
         Raises:
             InvalidArgumentError: A value cannot be used.
-            NotSupportedError: A simulated fault of a real arm.
+            NotSupportedError: It is no task.
         """
         limits: _Limits = {"timeout": timeout, "on_cycle": on_cycle}
         if isinstance(task, m.PlannedMotion):

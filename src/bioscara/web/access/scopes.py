@@ -57,7 +57,8 @@ _OPERATE = frozenset(
         m.ResumeGoal,
         m.Resume,
         m.SetSpeedOverride,
-        # As simulated faults below.
+        # The owner refuses these on a real arm, and on a simulated one they harm nothing.
+        m.SimulateFault,
         m.SetSimulationSpeed,
         m.AcquireLease,
         m.RenewLease,
@@ -97,8 +98,6 @@ _OPERATE_TASKS = frozenset(
         m.AttachTask,
         m.DetachTask,
         m.ConfirmScene,
-        # The owner refuses it on a real arm, and on a simulated one it harms nothing.
-        m.SimulateFault,
     }
 )
 

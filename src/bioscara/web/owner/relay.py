@@ -218,6 +218,8 @@ class Relay:
         if isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
             await self._refuse(message.id, AccessError(text))
         else:
+            if isinstance(message, m.ClientRequest) and isinstance(message.command, m.Pause):
+                payload = framing.encode_json(self._as_author(message))
             # A message to an owner that has refused the hello would break the connection, and its
             # refusal would be lost.
             await self._welcomed.wait()
@@ -234,6 +236,11 @@ class Relay:
             f"{what.__struct_config__.tag} needs the scope {needed.name.lower()}, and this client "
             f"has {self._client.scope.name.lower()}; open the page with another token"
         )
+
+    def _as_author(self, request: m.ClientRequest) -> m.ClientRequest:
+        """Return a request to pause that says whether this client may resume."""
+        command = m.Pause(may_resume=required_scope(m.Resume()) <= self._client.scope)
+        return msgspec.structs.replace(request, command=command)
 
     def _introduced(self, hello: m.ClientHello) -> m.ClientHello:
         """Return a hello with the client's full name, and a session of clients of its scope alone.

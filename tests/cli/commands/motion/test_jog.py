@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import pytest
 
@@ -152,6 +153,54 @@ def _read_all(descriptor: int, into: bytearray) -> None:
     with suppress(OSError):
         while part := os.read(descriptor, 4096):
             into.extend(part)
+
+
+@pytest.mark.parametrize("command", ["move", "run", "run a sequence"])
+def test_p_pauses_a_motion_and_c_continues_it(
+    command: str,
+    arm: SimulatedArm,
+    user: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    begin, stood = arm.position("j1"), list[float]()
+
+    def rests() -> bool:
+        return abs(arm.velocity("j1")) < 1e-4
+
+    def keys() -> Iterator[bytes]:
+        while rests():
+            yield b""
+        yield b"p"
+        while not rests():
+            yield b""
+        stood.append(arm.position("j1"))
+        yield from [b""] * 10
+        stood.append(arm.position("j1"))
+        yield b"c"
+        while True:
+            yield b""
+
+    sequence = tmp_path / "steps.yaml"
+    goal = "{j1: 0.3, j2: 0.2, j3: 0.5, j4: 0.0}"
+    sequence.write_text(f"schema: 1\nsteps:\n- {{kind: move_joints, joints: {goal}}}\n...\n")
+    trajectory = tmp_path / "slow.csv"
+    trajectory.write_text("time,j1\n0,0.0\n20,0.3\n")
+    target = ("--joints", "0.3", "0.2", "0.5", "0", "--speed", "0.05")
+    words = {
+        "move": ("move", *target),
+        "run": ("run", str(trajectory), "--out", str(tmp_path / "o")),
+    }
+    words["run a sequence"] = ("run", str(sequence))
+    with typing(user, keys()):
+        assert main(words[command], paced=False) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "keys: p pauses the motion, c continues it; Ctrl-C stops" in out
+    assert "paused: c continues, Ctrl-C stops" in out
+    assert stood[1] == pytest.approx(stood[0], abs=1e-4)
+    assert begin < stood[0] < 0.29
+    assert arm.position("j1") == pytest.approx(0.3, abs=5e-3)
 
 
 def test_without_a_terminal_nothing_is_opened(

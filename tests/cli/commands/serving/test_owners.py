@@ -16,8 +16,10 @@ import pytest
 from bioscara import Robot
 from bioscara.api import runtime
 from bioscara.cli import main
+from bioscara.errors import InvalidArgumentError
 from bioscara.model import load_parameters
 from bioscara.server.serve import Served, ServeSettings, serving
+from served import runtime_folder
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +111,8 @@ def test_the_owner_chooses_rate_and_firmware(
     status, out, _ = said(capsys, "home", "--v1")
     assert (status, out.splitlines()[0]) == (
         0,
-        "arm: simulation, in this process, joints with their original firmware",
+        "arm: simulation, in this process, joints with their original firmware; --arm left takes "
+        "the served arm",
     )
 
 
@@ -167,6 +170,106 @@ def test_stop_is_confirmed_and_names_what_it_could_not_stop(
     assert "no owner of arm lefd runs; there are left" in err
 
 
+def test_a_user_pauses_and_resumes_while_a_program_commands(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Robot.connect("arm:left") as robot:
+        robot.acquire_lease()
+        status, out, _ = said(capsys, "pause")
+        assert (status, out) == (
+            0,
+            "left is paused; continue with: bioscara resume --arm left\n",
+        )
+        user = arm.robot.arm.pauses.values()
+        assert re.search(
+            rf"^state: .*paused by {re.escape(*user)}", said(capsys, "status")[1], re.M
+        )
+        robot_of_another = Robot.connect("arm:left").open()
+        robot_of_another.pause()
+        status, out, _ = said(capsys, "resume", "--arm", "left")
+        (other,) = arm.robot.arm.pauses.values()
+        assert (status, out) == (0, f"left stays paused by {other}\n")
+        status, _, err = said(capsys, "resume")
+        assert status == 2
+        # Clients of one process have one name.
+        assert f"paused by '{other}'; only the holder of the lease, '{other}', can resume" in err
+        robot_of_another.close()
+    status, out, _ = said(capsys, "resume")
+    assert (status, out) == (0, "left continues\n")
+    assert arm.owner.lease.client == ""
+    assert said(capsys, "resume")[:2] == (0, "left is not paused\n")
+
+
+def test_a_pause_without_a_name_is_of_all_arms_and_one_is_resumed(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serving(Robot.simulated(), ServeSettings("right", "sim", speed=50.0)) as right:
+        status, out, _ = said(capsys, "pause")
+        assert (status, len(out.splitlines())) == (0, 2)
+        assert right.robot.arm.paused
+        status, _, err = said(capsys, "resume")
+        assert (status, "choose one with --arm NAME" in err) == (2, True)
+        said(capsys, "resume", "--arm", "right")
+        assert (arm.robot.arm.paused, right.robot.arm.paused) == (True, False)
+        said(capsys, "resume", "--arm", "left")
+
+
+def test_a_simulated_fault_needs_no_lease_and_is_ended(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Robot.connect("arm:left") as robot:
+        robot.acquire_lease()
+        status, out, err = said(capsys, "simulate-fault", "freeze_encoder", "j3")
+        assert (status, err) == (0, "")
+        assert out.splitlines() == [
+            "left simulates: j3 freeze_encoder 1",
+            "end all: bioscara simulate-fault clear --arm left",
+        ]
+        said(capsys, "simulate-fault", "push", "j1", "-0.5", "--arm", "left")
+        assert [each[:3] for each in arm.owner.robot.arm.session.bus.bench.faults] == [  # type: ignore[attr-defined]
+            ("freeze_encoder", "j3", 1.0),
+            ("push", "j1", -0.5),
+        ]
+        status, out, _ = said(capsys, "simulate-fault", "clear")
+        assert (status, out) == (0, "left simulates no fault that lasts\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "refusal"),
+    [
+        (("hung", "j3"), "there is no simulated fault 'hung'; did you mean hang?"),
+        (("hang",), "hang is a fault of one joint; there are j1, j2, j3, j4"),
+        (("hang", "j5"), "there is no joint 'j5'"),
+        (("push", "j3"), "push needs a value: torque or force (0 ends) [N m or N]"),
+        (("push", "j3", "much"), "'much' is not a number; give bioscara simulate-fault push JOINT"),
+        (
+            ("bus_loss", "j3", "1"),
+            "bus_loss does not take 'j3 1'; give bioscara simulate-fault bus",
+        ),
+        (("bus_loss", "2"), "value of bus_loss: 2 is outside 0 .. 1"),
+    ],
+)
+def test_a_fault_that_is_not_possible_is_refused(
+    words: tuple[str, ...], refusal: str, arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, _, err = said(capsys, "simulate-fault", *words)
+    assert status == 2
+    assert refusal in err
+
+
+def test_the_help_lists_the_faults_with_their_arguments(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["simulate-fault", "--help"])
+    lines = [line.split()[:3] for line in capsys.readouterr().out.splitlines()]
+    assert [line for line in lines if line[:1] in (["hang"], ["obstacle"], ["bus_loss"])] == [
+        ["hang", "JOINT", "[VALUE]"],
+        ["obstacle", "JOINT", "VALUE"],
+        ["bus_loss", "VALUE", "exchanges"],
+    ]
+
+
 def test_stop_imports_the_standard_library_only() -> None:
     # pytest's own modules are not in a new process.
     program = (
@@ -212,3 +315,85 @@ def test_a_folder_of_the_sockets_that_cannot_be_made_is_named(
         "bioscara: the sockets of served arms cannot be in /proc/nope: No such file or directory; "
         "set BIOSCARA_RUNTIME to another folder\n",
     )
+
+
+@pytest.fixture
+def elsewhere() -> Iterator[Served]:
+    """An arm on another bus than that of a command without --bus."""
+    settings = ServeSettings("bench", "linux:7", speed=50.0)
+    with runtime_folder(), serving(Robot.simulated(homed=True), settings) as served:
+        yield served
+
+
+def test_commands_about_a_lasting_arm_take_the_only_one_that_is_served(
+    elsewhere: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for command in ("enable", "faults", "acknowledge", "recover", "disable"):
+        status, out, err = said(capsys, command)
+        assert (status, err) == (0, ""), command
+        assert out.startswith("arm: arm bench: simulation"), command
+    assert not elsewhere.robot.is_enabled
+
+
+def test_of_several_served_arms_commands_about_a_lasting_one_name_them(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serving(Robot.simulated(), ServeSettings("bench", "linux:7", speed=50.0)):
+        for command in ("enable", "disable", "monitor", "faults", "acknowledge", "recover"):
+            with pytest.raises(SystemExit):
+                main([command])
+            assert "there are the arms bench, left; choose one with --arm NAME" in (
+                capsys.readouterr().err
+            )
+        assert said(capsys, "faults", "--arm", "bench")[0] == 0
+
+
+def test_a_command_that_simulates_an_arm_names_those_that_are_served(
+    elsewhere: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words in (("home",), ("move", "--name", "center"), ("gripper", "open")):
+        status, out, _ = said(capsys, *words)
+        assert (status, out.splitlines()[0]) == (
+            0,
+            "arm: simulation, in this process; --arm bench takes the served arm",
+        )
+    assert said(capsys, "home", "--arm", "bench")[1].startswith("arm: arm bench: ")
+
+
+def test_a_served_arm_is_no_bus_and_is_named_where_a_bus_is_unknown(
+    elsewhere: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["home", "--bus", "arm:bench"])
+    assert "a served arm is named by --arm bench; leave out --bus" in capsys.readouterr().err
+    status, _, err = said(capsys, "home", "--bus", "bench")
+    assert (status, "arm:NAME (one that 'bioscara serve' runs" in err) == (2, True)
+    with pytest.raises(InvalidArgumentError, match="arm:NAME"):
+        Robot.connect("bench")
+
+
+def test_poses_and_tools_are_those_of_a_served_arm(
+    elsewhere: Served,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    of = ("--arm", "bench")
+    assert said(capsys, "poses", "save", "here", *of)[1].startswith("saved here to arm bench: ")
+    given = ("--pose", "0.35", "0.25", "0.2", "0.5")
+    assert said(capsys, "poses", "save", "gate", *given, *of)[0] == 0
+    status, _, err = said(capsys, "poses", "save", "gate", *given, *of)
+    assert (status, "there is a pose gate in arm bench already" in err) == (2, True)
+    needle = ("needle", "--offset", "0.05", "0", "-0.2", "0", "--mass", "0.1")
+    assert said(capsys, "tools", "add", *needle, *of)[0] == 0
+    assert {pose.name for pose in elsewhere.robot.table.poses} == {"here", "gate"}
+    assert "needle" in said(capsys, "tools", "list", *of)[1]
+    assert "pose gate, from arm bench" in said(capsys, "poses", "show", "gate", *of)[1]
+    assert said(capsys, "poses", "delete", "here", *of)[1] == "deleted here from arm bench\n"
+    listed = said(capsys, "poses", "list", *of)[1]
+    assert ("gate" in listed, "here" in listed, "does not exist" in listed) == (True, False, False)
+    assert not (tmp_path / "poses.yaml").exists()
+    with pytest.raises(SystemExit):
+        main(["poses", "list", "--table", "x.yaml", *of])
+    assert "--arm and --table exclude one another" in capsys.readouterr().err

@@ -71,10 +71,16 @@ def _jog(robot: Robot, keyboard: Keyboard, keys: JogKeys, progress: Progress) ->
     def velocity() -> JointVelocity | ToolVelocity | None:
         now = robot.state.time
         for key in keyboard.read():
-            keys.press(key, now)
+            if not progress.press(key):
+                keys.press(key, now)
         if keys.ended or keyboard.closed or keys.step is not None:
             return None
         return keys.velocity(now)
+
+    def during_step(record: CycleRecord) -> None:
+        progress.cycle(record)
+        # Others do not count.
+        keys.ended |= "q" in [key for key in keyboard.read() if not progress.press(key)]
 
     while True:
         robot.jog(velocity, on_cycle=progress.cycle)
@@ -83,13 +89,12 @@ def _jog(robot: Robot, keyboard: Keyboard, keys: JogKeys, progress: Progress) ->
         by = keys.step.by
         try:
             if isinstance(by, Pose):
-                robot.move_relative(*by, velocity_scaling=_STEP_SCALING, on_cycle=progress.cycle)
+                robot.move_relative(*by, velocity_scaling=_STEP_SCALING, on_cycle=during_step)
             else:
                 goal = [here + step for here, step in zip(robot.state.positions, by, strict=True)]
-                robot.move_joints(goal, velocity_scaling=_STEP_SCALING, on_cycle=progress.cycle)
+                robot.move_joints(goal, velocity_scaling=_STEP_SCALING, on_cycle=during_step)
         except InvalidArgumentError as error:
             progress.note(f"warning: not moved: {error}")
-        # Keys that were pressed during a step do not count, but for the one that ends.
-        if "q" in keyboard.read():
+        if keys.ended:
             return
         keys.step = None

@@ -17,6 +17,7 @@ from bioscara.cli.target import (
     target_planner,
 )
 from bioscara.cli.teach_table import read_table
+from bioscara.cli.terminal.keyboard import motion_keys
 from bioscara.robot import Robot
 
 
@@ -30,14 +31,22 @@ def run(options: Options) -> int:
     require_files(options)
     parameters, output = parameters_from(options), Output()
     wanted = None if options.arm else target_planner(options, parameters).workspace
-    with opened_arm(options, parameters, output) as (robot, cancelled):
+    with (
+        opened_arm(options, parameters, output) as (robot, cancelled),
+        motion_keys(output) as keyboard,
+    ):
         if wanted is None:
             # The owner's table and scene apply where no option names others.
             _arrange_owned(robot, options)
         else:
             robot.table, robot.scene, robot.tool = wanted.table, wanted.scene, wanted.tool
         status = carry_out(
-            robot, cancelled, options, output, lambda progress: _move(robot, options, progress)
+            robot,
+            cancelled,
+            options,
+            output,
+            lambda progress: _move(robot, options, progress),
+            keyboard=keyboard,
         )
         if status is not ExitStatus.OK:
             return status

@@ -31,6 +31,7 @@ from bioscara.cli.output.live_view import make_view
 from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
+from bioscara.cli.terminal.keyboard import motion_keys
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import (
     BioscaraError,
@@ -242,8 +243,13 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
         angles = angle_unit(options)
         units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
         view = make_view(output, units, angles, tool_line(robot, angles))
-        with Observer(view, folder.samples, history) as observer, at_full_speed(robot, options):
-            result = _move(robot, job, folder, cancelled, observer, options)
+        with (
+            motion_keys(output) as keyboard,
+            Observer(view, folder.samples, history) as observer,
+            at_full_speed(robot, options),
+        ):
+            progress = Progress(robot, cancelled, observer, job.notes, keyboard)
+            result = _move(robot, job, folder, progress, observer, options)
         summary = RunSummary(
             title=job.title,
             arm=robot.description,
@@ -277,7 +283,7 @@ def _move(
     robot: Robot,
     job: Job,
     folder: RunFolder,
-    cancelled: StopRequest,
+    progress: Progress,
     observer: Observer,
     options: Options,
 ) -> _Result:
@@ -285,7 +291,6 @@ def _move(
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
     planned = job.planned
-    progress = Progress(robot, cancelled, observer, job.notes)
     try:
         progress.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(on_cycle=progress.cycle)

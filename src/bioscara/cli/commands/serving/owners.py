@@ -67,8 +67,14 @@ def owner_name(options: Options) -> str:
 
 
 @contextmanager
-def _linked(name: str) -> Iterator[OwnerLink]:
-    link = OwnerLink(name, lambda _: None, lambda _: None)
+def linked(name: str, client: str | None = None) -> Iterator[OwnerLink]:
+    """Connect to an owner within a block of code.
+
+    Args:
+        name: Name of the owner.
+        client: Name of this client; None for that of the program.
+    """
+    link = OwnerLink(name, lambda _: None, lambda _: None, client=client)
     with closing(link):
         link.open()
         yield link
@@ -78,9 +84,9 @@ def _arms(output: Output) -> ExitStatus:
     rows: list[tuple[str, ...]] = [("arm", "bus", "process", "state", "commanded by")]
     for owner in runtime.owners():
         try:
-            with _linked(owner.name) as link:
-                state = _asked(link, m.GetState(), m.StateSample)
-                lease = _asked(link, m.GetLease(), m.LeaseState).lease
+            with linked(owner.name) as link:
+                state = asked(link, m.GetState(), m.StateSample)
+                lease = asked(link, m.GetLease(), m.LeaseState).lease
                 words = _words(state), lease.client or "nobody"
         except BioscaraError as error:
             words = f"does not answer: {error}", "-"
@@ -101,19 +107,21 @@ def _words(state: m.StateSample) -> str:
     if state.fault != "clear":
         words.insert(0, f"fault {state.fault}")
     if state.paused:
-        words.append("paused")
+        # A recording of an older version does not have the names.
+        authors = f" by {', '.join(state.paused_by)}" if state.paused_by else ""
+        words.append(f"paused{authors}")
     return ", ".join([*words, *state.moving])
 
 
 def _status(name: str, options: Options, output: Output) -> ExitStatus:  # noqa: ARG001
-    with _linked(name) as link:
-        described = _asked(link, m.GetDescription(), m.Description)
-        state = _asked(link, m.GetState(), m.StateSample)
-        faults = _asked(link, m.GetFaults(), m.FaultList)
-        lease = _asked(link, m.GetLease(), m.LeaseState).lease
-        goals = _asked(link, m.ListGoals(), m.GoalList).goals
-        counted = _asked(link, m.GetStatistics(), m.Statistics)
-        unconfirmed = _asked(link, m.GetWorkspace(), m.WorkspaceState).unconfirmed
+    with linked(name) as link:
+        described = asked(link, m.GetDescription(), m.Description)
+        state = asked(link, m.GetState(), m.StateSample)
+        faults = asked(link, m.GetFaults(), m.FaultList)
+        lease = asked(link, m.GetLease(), m.LeaseState).lease
+        goals = asked(link, m.ListGoals(), m.GoalList).goals
+        counted = asked(link, m.GetStatistics(), m.Statistics)
+        unconfirmed = asked(link, m.GetWorkspace(), m.WorkspaceState).unconfirmed
     output.line(f"arm: {name}, {described.arm}, version {described.software}")
     output.line(f"state: {_words(state)}")
     if state.pose is not None:
@@ -149,12 +157,12 @@ def _status(name: str, options: Options, output: Output) -> ExitStatus:  # noqa:
 
 
 def _lease(name: str, options: Options, output: Output) -> ExitStatus:
-    with _linked(name) as link:
-        lease = _asked(link, m.GetLease(), m.LeaseState).lease
+    with linked(name) as link:
+        lease = asked(link, m.GetLease(), m.LeaseState).lease
         if lease.client is None:
             output.line(f"nobody commands {name}")
         elif options.end:
-            taken = _asked(link, m.AcquireLease(force=True), m.LeaseState).lease
+            taken = asked(link, m.AcquireLease(force=True), m.LeaseState).lease
             link.request(m.ReleaseLease(), taken.epoch)
             output.line(f"ended the lease of {lease.client}; nobody commands {name} now")
         else:
@@ -193,12 +201,12 @@ def _event_line(event: m.Event, options: Options) -> str:
 
 
 def _logs(name: str, options: Options, output: Output) -> ExitStatus:
-    with StopRequest() as cancelled, _linked(name) as link:
+    with StopRequest() as cancelled, linked(name) as link:
         last, due = 0, 0.0
         while not cancelled() and output.problem is None:
             if (now := time.monotonic()) >= due:
                 due = now + _LOG_PERIOD
-                log = _asked(link, m.GetLog(last), m.LogLines)
+                log = asked(link, m.GetLog(last), m.LogLines)
                 last = log.last
                 for line in log.lines:
                     output.line(line)
@@ -208,7 +216,8 @@ def _logs(name: str, options: Options, output: Output) -> ExitStatus:
     return ExitStatus.OK
 
 
-def _asked(link: OwnerLink, command: m.AnyCommand, kind: type[R]) -> R:
+def asked(link: OwnerLink, command: m.AnyCommand, kind: type[R]) -> R:
+    """Return the answer of an owner to a request."""
     result = link.request(command)
     if not isinstance(result, kind):
         raise OwnerError(f"the owner answered {type(result).__name__}, not {kind.__name__}")

@@ -26,6 +26,7 @@ _NEEDED = (
     "diagnostic_msgs",
     "pal_statistics_msgs",
     "sensor_msgs",
+    "std_srvs",
     "tf2_msgs",
     "trajectory_msgs",
 )

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.opened_arm import open_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import AngleUnit, angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, columns
 from bioscara.cli.output.plots import require_drawing, write_picture
 from bioscara.cli.target import planner_from
-from bioscara.cli.teach_table import lookup, read_table, refuse_overwriting, table_file, tool_rows
+from bioscara.cli.teach_table import (
+    TableStore,
+    lookup,
+    refuse_overwriting,
+    table_file,
+    table_store,
+    tool_rows,
+)
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
 from bioscara.robot.workspace.poses import BUILT_IN, NamedPose
-from bioscara.robot.workspace.teach_file import changing, load_table, save_table
-from bioscara.robot.workspace.tools import fingers, kinematics_with
+from bioscara.robot.workspace.tools import kinematics_with
 
 
 def run(options: Options) -> int:
@@ -31,18 +35,22 @@ def run(options: Options) -> int:
         BioscaraError: The arm's position cannot be read.
         OSError: Standard output cannot be written.
     """
-    output, parameters = Output(), parameters_from(options)
+    output, action = Output(), options.action
     actions = {"list": _list, "show": _show, "save": _save, "delete": _delete}
-    with changing(table_file(options)) if options.action in {"save", "delete"} else nullcontext():
-        lines = actions[options.action](options, parameters)
+    # The message that a pose is built in takes precedence over that of a missing file.
+    built_in = action == "delete" and any(pose.name == options.name for pose in BUILT_IN)
+    with table_store(
+        options, changes=action in {"save", "delete"}, create=action == "save" or built_in
+    ) as store:
+        lines = actions[action](options, store)
     for line in lines:
         output.line(line)
     output.check()
     return ExitStatus.OK
 
 
-def _list(options: Options, parameters: ArmParameters) -> list[str]:
-    table, angles = read_table(options, fingers(parameters)), angle_unit(options)
+def _list(options: Options, store: TableStore) -> list[str]:
+    table, angles = store.table, angle_unit(options)
     poses = [("pose", *_headings(angles), "tool", "calibration")]
     poses += [
         (
@@ -55,20 +63,18 @@ def _list(options: Options, parameters: ArmParameters) -> list[str]:
         for pose in table.all_poses()
     ]
     lines = [*columns(poses), "", *columns(tool_rows(table, angles))]
-    if not table_file(options).exists():
+    if options.arm is None and not table_file(options).exists():
         lines += ["", f"{table_file(options)} does not exist: these are what every arm has"]
     return lines
 
 
-def _show(options: Options, parameters: ArmParameters) -> list[str]:
+def _show(options: Options, store: TableStore) -> list[str]:
     require_drawing(options.plot)
-    table = read_table(options, fingers(parameters))
+    table, parameters = store.table, store.parameters
     pose = lookup(options, table.pose, options.name)
     tool = table.tool(pose.tool)
     arm = kinematics_with(parameters, tool)
-    lines = [
-        f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {table_file(options)}'}"
-    ]
+    lines = [f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {store.where}'}"]
     joints, place, problem = pose.joints, pose.pose_tool_in_base, ""
     if joints is not None:
         place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
@@ -87,18 +93,19 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
     ]
     lines += [f"  {line}" for line in columns(rows)]
     if options.plot is not None:
-        lines += [_drawn(options.plot, pose, options, parameters)]
+        lines += [_drawn(options.plot, pose, options, store)]
     return lines
 
 
-def _drawn(path: Path, pose: NamedPose, options: Options, parameters: ArmParameters) -> str:
+def _drawn(path: Path, pose: NamedPose, options: Options, store: TableStore) -> str:
     """Draw the motion to a pose; return a message that names the file.
 
     Raises:
         InvalidArgumentError: The arm cannot move there, or the file cannot be written.
     """
+    parameters = store.parameters
     planner = planner_from(options, parameters)
-    planner.workspace = planner.workspace.with_tool(pose.tool)
+    planner.workspace = planner.workspace.with_table(store.table).with_tool(pose.tool)
     plan = planner.move_named(pose.name)
     return write_picture(path, plan, planner, parameters, f"pose {pose.name}")
 
@@ -112,8 +119,8 @@ def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
         return None, str(error)
 
 
-def _save(options: Options, parameters: ArmParameters) -> list[str]:
-    table = read_table(options, fingers(parameters), create=True)
+def _save(options: Options, store: TableStore) -> list[str]:
+    table, parameters = store.table, store.parameters
     arm = kinematics_with(parameters, lookup(options, table.tool, options.tool))
     joints, place, problem = None, None, ""
     if options.pose is not None:
@@ -128,21 +135,14 @@ def _save(options: Options, parameters: ArmParameters) -> list[str]:
         problem = _reached(arm, place)[1]
     if problem:
         raise InvalidArgumentError(f"pose {options.name} is not saved: {problem}")
-    refuse_overwriting("pose", pose.name, table.poses, options)
-    save_table(table_file(options), table.with_pose(pose, overwrite=options.force))
-    return [f"saved {options.name} to {table_file(options)}: tool {options.tool} at {place}"]
+    refuse_overwriting("pose", pose.name, table.poses, store, options)
+    store.save(table.with_pose(pose, overwrite=options.force))
+    return [f"saved {options.name} to {store.where}: tool {options.tool} at {place}"]
 
 
-def _delete(options: Options, parameters: ArmParameters) -> list[str]:
-    built_in = any(pose.name == options.name for pose in BUILT_IN)
-    # The message that a pose is built in takes precedence over that of a missing file.
-    table = (
-        read_table(options, fingers(parameters), create=True)
-        if built_in
-        else load_table(table_file(options), fingers(parameters))
-    )
-    save_table(table_file(options), table.without_pose(options.name))
-    return [f"deleted {options.name} from {table_file(options)}"]
+def _delete(options: Options, store: TableStore) -> list[str]:
+    store.save(store.table.without_pose(options.name))
+    return [f"deleted {options.name} from {store.where}"]
 
 
 def _here(options: Options, parameters: ArmParameters) -> Joints:

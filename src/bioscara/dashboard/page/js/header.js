@@ -3,6 +3,7 @@
 /** @import { App } from "./app.js" */
 
 import { buildLease } from "./control/lease.js";
+import { pausedBy } from "./control/pause_buttons.js";
 import { at, button, h, printable, setText, setValues } from "./dom.js";
 import { duration } from "./format.js";
 import { clockTime } from "./health/clock.js";
@@ -90,7 +91,7 @@ function buildIdentity(app) {
 function conditionOf({ arm }) {
   const { sample } = arm;
   if (!sample || !arm.fresh) return ["", ""];
-  if (sample.paused) return [text("condition.paused"), "action"];
+  if (sample.paused) return [text("condition.paused", { names: pausedBy(sample) }), "action"];
   if (sample.moving.length) return [text("condition.busy", { what: sample.moving.join(", ") }), "good"];
   if (!sample.enabled) return [text("condition.disabled"), ""];
   if (sample.positions.some((position) => position === null)) return [text("condition.not_homed"), "action"];

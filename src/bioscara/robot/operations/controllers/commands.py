@@ -43,7 +43,7 @@ def trigger_homing(
     controller.check_trigger(joint, command)
     name, stack = f"homing {joint}", arm.stack
     if not arm.speed_of(run):
-        raise LifecycleError(f"{name}: motion is paused; resume() first")
+        raise LifecycleError(f"{name}: motion is paused; {arm.resumption} first")
     if (load := arm.workspace.load) is not None:
         raise LifecycleError(
             f"{name}: the tool carries {load.name}, and the path of homing is clear only for an "

@@ -99,7 +99,8 @@ class Home(Operation[None]):
         execution = MotionExecution(arm, self)
         self.claim.require_not_stopped()
         if arm.paused:
-            stack.supervisor.warnings.append(f"{self.name} begins paused: it moves after resume()")
+            warning = f"{self.name} begins paused: it moves after {arm.resumption}"
+            stack.supervisor.warnings.append(warning)
             yield from execution.run(lambda: not arm.paused, Phase.HOMING)
         arm.session.enable()
         directions, notes = self._directions(arm)

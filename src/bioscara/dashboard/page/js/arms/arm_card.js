@@ -3,6 +3,7 @@
 /** @import { StateSample } from "../../messages.d.ts" */
 /** @import { Stopped } from "./stopper.js" */
 
+import { pausedBy } from "../control/pause_buttons.js";
 import { h, setText } from "../dom.js";
 import { copyButton } from "../python.js";
 import { text } from "../texts.js";
@@ -26,7 +27,7 @@ export function conditionOf(arm) {
   if (!state) return [text("arms.unknown"), "danger"];
   if (state.fault !== "clear") return [text("arms.fault", { state: state.fault }), "danger"];
   if (state.stale) return [text("arms.stale"), "warn"];
-  if (state.paused) return [text("arms.paused"), "warn"];
+  if (state.paused) return [text("arms.paused", { names: pausedBy(state) }), "warn"];
   if (state.moving.length) return [text("arms.moving", { what: state.moving.join(", ") }), "good"];
   return [text(state.enabled ? "arms.enabled" : "arms.disabled"), ""];
 }

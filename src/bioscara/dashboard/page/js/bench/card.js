@@ -143,5 +143,5 @@ export class ExperimentCard {
 
 /** @param {Event} event */
 function telling(event) {
-  return !ASIDE.has(event.what) && !event.goal?.name.startsWith("simulate_fault");
+  return !ASIDE.has(event.what);
 }

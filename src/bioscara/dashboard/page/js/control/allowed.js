@@ -3,6 +3,7 @@
 /** @import { App } from "../app.js" */
 
 import { text } from "../texts.js";
+import { pausedBy } from "./pause_buttons.js";
 
 /**
  * Return why the arm cannot be moved.
@@ -19,7 +20,7 @@ export function refusal({ arm }, { homed = true, enabled = true, idle = true, jo
   if (arm.scope === "view") return text("refusal.view");
   if (!arm.commands) return arm.lease?.client ? text("refusal.lease_elsewhere", { client: arm.lease.client }) : text("refusal.no_lease");
   if (arm.faulty) return text("refusal.fault");
-  if (idle && sample.paused) return text("refusal.paused");
+  if (idle && sample.paused) return text("refusal.paused", { names: pausedBy(sample) });
   const others = sample.moving.filter((name) => !(jog && name === "jog()"));
   if (idle && others.length) return text("refusal.busy", { what: others.join(", ") });
   if (enabled && !sample.enabled) return text("refusal.disabled");

@@ -4,6 +4,7 @@
 /** @import { TrajectoryValue } from "../../messages.d.ts" */
 
 import { ActionError } from "../app.js";
+import { pauseButtons } from "../control/pause_buttons.js";
 import { button, h, setText } from "../dom.js";
 import { duration, number, velocity } from "../format.js";
 import { judged, post } from "../http.js";
@@ -66,10 +67,8 @@ export class TrajectoryCard {
     this.bar = h("progress", { max: 1, "aria-label": text("files.progress") });
     this.words = h("span", { role: "status" });
     const { app } = this;
-    this.pause = button("", () => app.attempt(() => (app.arm.sample?.paused ? app.request({ kind: "resume" }) : app.ask({ kind: "pause" }))), { class: "follow-pause" });
     const cancel = button(text("files.cancel"), () => app.attempt(() => this.follower.cancel()));
-    app.arm.on("sample", () => { if (this.pause) setText(this.pause, text(app.arm.sample?.paused ? "teach.resume" : "teach.pause")); });
-    this.controls = h("div", { class: "row" }, this.bar, this.pause, cancel);
+    this.controls = h("div", { class: "row" }, this.bar, pauseButtons(app, "follow-pause"), cancel);
     return h("div", { class: "column follow" }, this.controls, this.words);
   }
 

@@ -75,12 +75,10 @@ class Bench {
     this.visible = false;
   }
 
-  /** Why this page cannot let anything fail; empty if it can. @returns {string} */
+  /** Why this page cannot let anything fail; empty if it can, which needs no lease. @returns {string} */
   get hindrance() {
-    const { arm } = this.app;
-    if (arm.scope === "view") return text("health.view_only");
-    if (this.state?.available === false) return text("bench.elsewhere");
-    return arm.commands ? "" : text("bench.take_control");
+    if (this.app.arm.scope === "view") return text("health.view_only");
+    return this.state?.available === false ? text("bench.elsewhere") : "";
   }
 
   #controls() {
@@ -105,9 +103,11 @@ class Bench {
 
   #permit() {
     const why = this.hindrance;
-    setText(this.why, why);
+    const commands = this.app.arm.commands;
+    setText(this.why, why || (commands ? "" : text("bench.take_control")));
     for (const card of this.cards) card.permit(why === "");
-    for (const each of [this.allOff, this.motion, this.speed]) if (each) setValues(each, { disabled: why !== "" });
+    if (this.allOff) setValues(this.allOff, { disabled: why !== "" });
+    for (const each of [this.motion, this.speed]) if (each) setValues(each, { disabled: why !== "" || !commands });
   }
 
   /**
@@ -134,9 +134,7 @@ class Bench {
    * @param {number} value
    */
   async #simulate(fault, joint, value) {
-    const goal = await this.app.start({ kind: "simulate_fault", fault, joint, value });
-    const end = await this.app.ended(goal.goal);
-    if (end.failure) throw new RequestError(end.failure);
+    await this.app.ask({ kind: "simulate_fault", fault, joint, value });
   }
 
   /** End everything that any page has begun. */

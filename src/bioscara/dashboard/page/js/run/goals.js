@@ -3,6 +3,7 @@
 /** @import { App } from "../app.js" */
 /** @import { GoalValue } from "../../messages.d.ts" */
 
+import { pauseButtons } from "../control/pause_buttons.js";
 import { button, h, setText } from "../dom.js";
 import { duration, millimetres } from "../format.js";
 import { copyButton } from "../python.js";
@@ -25,7 +26,6 @@ export function goalsCard(app) {
   const { arm } = app;
   const running = h("ul", { class: "goals plain" });
   const list = h("ol", { class: "goals plain dim-rows" });
-  const pause = button("", () => app.attempt(() => (arm.sample?.paused ? app.request({ kind: "resume" }) : app.ask({ kind: "pause" }))));
   /** @type {Map<number, {item: HTMLElement, update: (goal: GoalValue) => void}>} */
   let items = new Map();
   /** @type {ReturnType<typeof setInterval> | undefined} */
@@ -53,7 +53,6 @@ export function goalsCard(app) {
   const none = h("p", { class: "dim", text: text("run.idle") });
   // Of an arm that does not answer it is not known that nothing runs.
   const known = () => setText(none, text(arm.link === "gone" ? "run.idle_unknown" : "run.idle"));
-  const paused = () => setText(pause, text(arm.sample?.paused ? "run.resume" : "run.pause"));
 
   /** Ask for the progress of what runs: no event tells of it. */
   function look() {
@@ -63,12 +62,10 @@ export function goalsCard(app) {
   }
   arm.on("goals", update);
   arm.on("reset", update);
-  arm.on("sample", paused);
   arm.on("link", known);
-  paused();
   update();
   const element = card(text("run.goals"),
-    h("div", { class: "row" }, pause, copyButton(() => (arm.sample?.paused ? "robot.resume()" : "robot.pause()")),
+    h("div", { class: "row" }, pauseButtons(app),
       h("span", { class: "dim small", text: text("run.stop_code") }), copyButton(() => "robot.stop()")),
     none, running, latest, list);
   return {

@@ -6,6 +6,7 @@
 /** @import { Table } from "./table.js" */
 
 import { ActionError } from "../app.js";
+import { pauseButtons } from "../control/pause_buttons.js";
 import { button, h, setText, setValues } from "../dom.js";
 import { duration } from "../format.js";
 import { judged, post, saveFile } from "../http.js";
@@ -134,21 +135,17 @@ function buttons(app, model, run, say) {
     if (show) preview(app, model, planned);
   });
   const stop = h("div", { class: "row" },
-    button("", () => app.attempt(() => (app.arm.sample?.paused ? app.request({ kind: "resume" }) : app.ask({ kind: "pause" }))), { class: "run-pause" }),
-    button(text("teach.cancel_run"), () => app.attempt(() => run.cancel())), copyButton(() => (app.arm.sample?.paused ? "robot.resume()" : "robot.pause()")));
+    pauseButtons(app, "run-pause"), button(text("teach.cancel_run"), () => app.attempt(() => run.cancel())));
   const start = h("div", { class: "row" },
     button(text("teach.dry_run"), () => dry(false)), button(text("teach.preview"), () => dry(true)),
     action(app, text("teach.run_all"), () => run.start(), { extra: none, attributes: { class: "primary" } }),
     action(app, text("teach.run_step"), () => run.start(model.chosen, model.chosen + 1), { extra: chosen }),
     action(app, text("teach.run_from"), () => run.start(model.chosen), { extra: chosen }),
     copyButton(() => model.steps.map(stepCode).join("\n")));
-  const pause = stop.children[0];
   const update = () => {
     setValues(start, { hidden: run.running });
     setValues(stop, { hidden: !run.running });
-    setText(pause, text(app.arm.sample?.paused ? "teach.resume" : "teach.pause"));
   };
-  app.arm.on("sample", update);
   return { element: h("div", { class: "column" }, start, stop, h("p", { class: "dim small", text: text("teach.run_means") })), update };
 }
 
