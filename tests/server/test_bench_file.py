@@ -13,6 +13,7 @@ import pytest
 
 from bioscara import Box, Cylinder, Load, Prism, Robot, Scene, ToolVelocity
 from bioscara.api import messages as m
+from bioscara.cli import main
 from bioscara.drivers.gripper.width_store import write_width
 from bioscara.errors import ConfigurationError, ConflictError, LifecycleError, UnconfirmedError
 from bioscara.planning.files.scene_file import read_scene, save_scene
@@ -185,7 +186,9 @@ def test_a_file_that_cannot_be_used_is_no_empty_bench(arm: SimulatedArm, tmp_pat
 
 @pytest.mark.realtime
 def test_a_killed_owner_has_kept_what_its_clients_set(
-    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+    start: Callable[..., subprocess.Popen[str]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     words = ("-m", "bioscara", "serve", "--name", "bench", "--homed")
     env = environment(XDG_STATE_HOME=str(tmp_path / "state"))
@@ -206,5 +209,13 @@ def test_a_killed_owner_has_kept_what_its_clients_set(
     owner = start(*words, env=env, cwd=tmp_path, stderr=subprocess.STDOUT)
     line = wait_for_line(owner, "not confirmed since the owner was started")
     assert "the scene (reader, post; a table at z = -0.05 m) and the load plate" in line
+    wait_for_line(owner, "bench is served")
     with Robot.connect("arm:bench", timeout=10.0) as robot, pytest.raises(UnconfirmedError):
         robot.unfold()
+    assert main(["status", "--arm", "bench"]) == 0
+    assert main(["confirm", "--arm", "bench"]) == 0
+    assert main(["confirm", "--arm", "bench"]) == 0
+    out = capsys.readouterr().out
+    assert "warning: not confirmed since the owner was started: the scene (reader, post" in out
+    assert "bench: the load plate is confirmed" in out
+    assert out.endswith("bench: there is nothing to confirm\n")

@@ -38,6 +38,7 @@ _FOLDERS = {
         "owners",
         "stop",
         "pause",
+        "confirm",
         "simulate_fault",
         "monitor",
         "record",
@@ -50,7 +51,7 @@ _FOLDERS = {
 """Modules of the commands by their folders in ``commands/``."""
 _WITHOUT_PARAMETERS = {
     *("simulate", "poses", "tools", "stop", "pause", "resume", "record", "web", "ros"),
-    "simulate-fault",
+    *("simulate-fault", "confirm"),
     *_OF_OWNERS,
 }
 """Commands that load no parameters, or leave it to their actions."""
@@ -517,6 +518,12 @@ def _add_owner_commands(commands: Parser) -> None:
         "pause",
     )
     _add_arm(resume)
+    confirm = _add_command(
+        commands,
+        "confirm",
+        "Confirm that zones, tool and load are still those of the owner's last run.",
+    )
+    _add_arm(confirm)
     texts = {
         "arms": "List the arms that are served, their processes and their states.",
         "status": "Show the state, the motion, the lease and the faults of an arm.",
