@@ -34,7 +34,10 @@ class Peer:
         )
         self.pid, self.uid, self.gid = _CREDENTIALS.unpack(credentials)
         self._ended = False
-        self._descriptor = _opened(connection, self.pid)
+        try:
+            self._descriptor = _opened(connection, self.pid)
+        except ProcessLookupError:
+            self._ended, self._descriptor = True, None
 
     @property
     def ended(self) -> bool:
@@ -55,7 +58,11 @@ class Peer:
 
 
 def _opened(connection: socket.socket, pid: int) -> int | None:
-    """Return a descriptor of the process at the other end; None if there is none."""
+    """Return a descriptor of the process at the other end; None if it cannot be seen.
+
+    Raises:
+        ProcessLookupError: It has ended.
+    """
     try:
         data = connection.getsockopt(socket.SOL_SOCKET, _PEER_PIDFD, struct.calcsize("i"))
         return int(struct.unpack("i", data)[0])
@@ -63,6 +70,8 @@ def _opened(connection: socket.socket, pid: int) -> int | None:
         pass
     try:
         return os.pidfd_open(pid)
+    except ProcessLookupError:
+        raise
     except OSError:
-        # It has ended already, or cannot be seen: its lease lapses as that of a silent one.
+        # Its lease lapses as that of a silent one.
         return None
