@@ -1,4 +1,4 @@
-"""What a forked child of this process has to forget: connections and devices of its parent."""
+"""Forked children: what they have to forget, and calls that belong to their parent."""
 
 from __future__ import annotations
 
@@ -6,7 +6,39 @@ import os
 from collections.abc import Callable
 from weakref import WeakMethod
 
+from bioscara.errors import NotInitializedError
+
 _forgetting: list[WeakMethod[Callable[[], object]]] = []
+
+
+class Maker:
+    """The process in which an object was made, to which it belongs.
+
+    Args:
+        what: The object, as the subject of a sentence.
+        remedy: What a forked child does instead.
+    """
+
+    def __init__(self, what: str, remedy: str) -> None:
+        self._what, self._remedy = what, remedy
+        self._process = os.getpid()
+
+    @property
+    def left(self) -> bool:
+        """Whether this process is another one, forked from that."""
+        return os.getpid() != self._process
+
+    def require(self) -> None:
+        """Raise in a forked child.
+
+        Raises:
+            NotInitializedError: This is one.
+        """
+        if self.left:
+            raise NotInitializedError(
+                f"{self._what} belongs to process {self._process}, from which this one was forked; "
+                f"{self._remedy}"
+            )
 
 
 def in_child(method: Callable[[], object]) -> None:

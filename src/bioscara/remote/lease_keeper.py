@@ -44,7 +44,7 @@ class LeaseKeeper:
             LeaseError: Another client commands the arm, or has ended the lease of this one.
             OwnerLostError: The owner does not run.
         """
-        self._link.require_own()
+        self._link.maker.require()
         with self._lock:
             if self._epoch is not None:
                 return self._epoch

@@ -26,12 +26,11 @@ from bioscara.errors import (
     BioscaraError,
     BusyError,
     InvalidArgumentError,
-    NotInitializedError,
     OwnerError,
     OwnerLostError,
     ProtocolError,
 )
-from bioscara.forking import in_child
+from bioscara.forking import Maker, in_child
 from bioscara.printing import printable
 
 PATIENCE = 5.0
@@ -112,6 +111,7 @@ class OwnerLink:
     Attributes:
         name: As given.
         welcome: The owner's greeting at the last connection.
+        maker: The process that has connected; in a forked child requests are refused.
 
     Raises:
         InvalidArgumentError: No arm can have that name.
@@ -144,7 +144,7 @@ class OwnerLink:
         self._subscription = m.Subscribe(events_after=0)
         self._events_after, self._last_event = events_after, 0
         self._closed = False
-        self._parent = 0
+        self.maker = Maker(f"the connection to arm {name}", "connect() in this one, too")
         self._failure: OwnerLostError | None = None
         self._reproach: Exception | None = None
         self.welcome: m.Welcome
@@ -153,7 +153,7 @@ class OwnerLink:
 
     def _leave_to_parent(self) -> None:
         """Leave the connection to the parent of this process, which was forked from it."""
-        self._closed, self._parent = True, os.getppid()
+        self._closed = True
         # Not shut down, which would end the connection of the parent.
         if self._socket is not None:
             self._socket.close()
@@ -161,23 +161,6 @@ class OwnerLink:
         # Each may have been held by a thread that this process does not have.
         self._lock, self._sending = threading.Lock(), threading.Lock()
         self._opening = threading.RLock()
-
-    @property
-    def is_of_parent(self) -> bool:
-        """Whether this process was forked from the one to which the connection belongs."""
-        return self._parent != 0
-
-    def require_own(self) -> None:
-        """Raise in a forked child of the process to which the connection belongs.
-
-        Raises:
-            NotInitializedError: This is one.
-        """
-        if self._parent:
-            raise NotInitializedError(
-                f"the connection to arm {self.name} belongs to process {self._parent}, from which "
-                "this one was forked; connect() in this one, too"
-            )
 
     def open(self) -> None:
         """Connect.
@@ -335,7 +318,7 @@ class OwnerLink:
 
     def _register(self, pending: _Pending | None) -> None:
         """Expect the answer to a request, on a connection that is made again if it was lost."""
-        self.require_own()
+        self.maker.require()
         while True:
             with self._lock:
                 if self._closed:

@@ -204,7 +204,7 @@ class RemoteOperation(Generic[T]):
         Raises:
             NotInitializedError: It belongs to a parent process.
         """
-        self._link.require_own()
+        self._link.maker.require()
         try:
             return self._finished.wait(timeout)
         except KeyboardInterrupt:

@@ -137,7 +137,7 @@ class RemoteRobot:
             LifecycleError: It is open already, or was closed.
             OwnerLostError: No owner of that name runs, also after the time to wait for it.
         """
-        self._link.require_own()
+        self._link.maker.require()
         if self._closed:
             raise LifecycleError("the robot was closed; make another one to connect again")
         if self._opened:
@@ -155,7 +155,7 @@ class RemoteRobot:
 
     def close(self) -> None:
         """Stop the motions of this program, give the lease back and disconnect."""
-        if not self._opened or self._closed or self._link.is_of_parent:
+        if not self._opened or self._closed or self._link.maker.left:
             self._closed = True
             return
         try:
@@ -182,7 +182,7 @@ class RemoteRobot:
 
     def shutdown(self) -> list[str]:
         """Stop the program's motions; the joints stay as the owner has them. Return nothing."""
-        self._link.require_own()
+        self._link.maker.require()
         for operation in list(self._operations.values()):
             operation.cancel()
             operation.wait()
@@ -976,7 +976,7 @@ class RemoteRobot:
             self._lost(error)
 
     def _require_open(self) -> None:
-        self._link.require_own()
+        self._link.maker.require()
         if self._closed:
             raise NotInitializedError("the robot was closed; make another one to connect again")
         if not self._opened:

@@ -448,7 +448,7 @@ class Arm:
             BusyError: This thread runs the loop.
             NotInitializedError: The arm belongs to a parent process, where the loop runs.
         """
-        self.session.require_own()
+        self.session.maker.require()
         if self.in_callback:
             running = self.arbiter.running or (Claim("the control loop"),)
             raise running[0].refuse(name, inside=True)
@@ -459,7 +459,7 @@ class Arm:
         Raises:
             NotInitializedError: The arm belongs to a parent process.
         """
-        self.session.require_own()
+        self.session.maker.require()
         self.arbiter.stop()
         self._pauses.clear()
 
@@ -471,7 +471,7 @@ class Arm:
             BioscaraError: A joint cannot be used; the bus is closed again.
             MotionCancelledError: It was stopped; the arm is connected.
         """
-        self.session.require_own()
+        self.session.maker.require()
         with self.arbiter.claimed("connecting"):
             # First: the turn of an arm that is watched never ends.
             self.session.require_unconnected()
@@ -518,7 +518,7 @@ class Arm:
             KeyboardInterrupt, SystemExit: It was interrupted; the joints are disabled, unless an
                 operation did not end within 15 s.
         """
-        if self.session.is_of_parent:
+        if self.session.maker.left:
             return
         problems, raised, begin = "", error, time.monotonic()
         # While shutdown is refused, an operation is still using the bus, which stays open.

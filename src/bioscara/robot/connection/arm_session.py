@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from bioscara.arguments import shown
@@ -18,7 +17,7 @@ from bioscara.errors import (
     LifecycleError,
     NotInitializedError,
 )
-from bioscara.forking import in_child
+from bioscara.forking import Maker, in_child
 from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState
 from bioscara.hardware.safe_stop import release
 from bioscara.model import ArmParameters
@@ -48,6 +47,7 @@ class ArmSession:
         begin: Time at which the session was created [s].
         arm: Hardware component of the joints.
         gripper: Hardware component of the gripper.
+        maker: The process that has made it; in a forked child calls are refused.
 
     Raises:
         InvalidArgumentError: The rate or the folder is invalid.
@@ -72,28 +72,11 @@ class ArmSession:
         self._rate = None if rate is None else require_rate(rate)
         self._evidence = Path(evidence)
         self._stack: Stack | None = None
-        self._parent = 0
+        self.maker = Maker("the robot", "make a robot of its own here")
         in_child(self._forget)
 
     def _forget(self) -> None:
-        self._stack, self._parent = None, os.getppid()
-
-    @property
-    def is_of_parent(self) -> bool:
-        """Whether this process was forked from the one to which the arm belongs."""
-        return self._parent != 0
-
-    def require_own(self) -> None:
-        """Raise in a forked child of the process to which the arm belongs.
-
-        Raises:
-            NotInitializedError: This is one.
-        """
-        if self._parent:
-            raise NotInitializedError(
-                f"the robot belongs to process {self._parent}, from which this one was forked; "
-                "make a robot of its own here"
-            )
+        self._stack = None
 
     @property
     def stack(self) -> Stack:
@@ -102,7 +85,7 @@ class ArmSession:
         Raises:
             NotInitializedError: The robot is not connected, or belongs to a parent process.
         """
-        self.require_own()
+        self.maker.require()
         if self._stack is None and self.arm.state is not LifecycleState.UNCONFIGURED:
             raise NotInitializedError("the robot was closed; make another one to connect again")
         if self._stack is None:
