@@ -50,7 +50,7 @@ def test_a_pause_is_lifted_by_its_program_or_by_the_one_that_commands(arm: Serve
         first.resume()
         motion.result(timeout=20.0)
         first.pause()
-        with pytest.raises(LeaseError, match="or the holder of the lease") as refused:
+        with pytest.raises(LeaseError, match="only the holder of the lease") as refused:
             second.resume()
         assert refused.value.holder
         first.resume()

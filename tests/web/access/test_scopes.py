@@ -29,7 +29,7 @@ TASKS = {
     OPERATE: "move_joints move_to move_linear move_relative move_circular move_named move_sequence "
     "unfold home follow execute jog move_gripper open_gripper close_gripper grasp release_load "
     "enable disable enable_gripper disable_gripper acknowledge recover set_scene set_table "
-    "set_tool set_reduced_speed attach detach",
+    "set_tool set_reduced_speed attach detach confirm_scene",
 }
 
 
