@@ -55,20 +55,27 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
     async def read_file(request: Request, _: Viewer, name: str = "sequence.yaml") -> Response:
         return await answered(read, name, await body_of(request, BODY_MAX, _TIMEOUT))
 
-    def add_text(path: str, function: Callable[[object], SequenceText], summary: str) -> None:
-        @app.post(
-            f"/api/sequences/{path}",
-            response_class=Response,
-            summary=summary,
-            operation_id=f"sequence_{path}",
-            responses=verdicts(SequenceText),
-            openapi_extra=_BODY,
-        )
-        async def text(request: Request, _: Viewer) -> Response:
-            return await answered(function, await values_in(request))
+    @app.post(
+        "/api/sequences/write",
+        response_class=Response,
+        summary="Write a sequence, as JSON in the body, as YAML.",
+        responses=verdicts(SequenceText),
+        openapi_extra=_BODY,
+    )
+    async def write(request: Request, _: Viewer) -> Response:
+        return await answered(written, await values_in(request))
 
-    add_text("write", written, "Write a sequence, as JSON in the body, as YAML.")
-    add_text("script", scripted, "Write a sequence, as JSON in the body, as a Python program.")
+    @app.post(
+        "/api/sequences/script",
+        response_class=Response,
+        summary="Write a sequence, as JSON in the body, or steps of it, as a Python program.",
+        responses=verdicts(SequenceText),
+        openapi_extra=_BODY,
+    )
+    async def script(
+        request: Request, _: Viewer, first: _Index = 0, last: _Index | None = None
+    ) -> Response:
+        return await answered(scripted, await values_in(request), first, last)
 
     @app.post(
         "/api/sequences/plan",
