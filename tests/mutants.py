@@ -1708,6 +1708,13 @@ MUTANTS = (
         ("tests/robot/sequences/test_running.py",),
     ),
     Mutant(
+        "a plate whose corners were exchanged is refused",
+        "Grid.from_corners",
+        "if exchanged := _exchanged(first, row_end, column_end):",
+        "if exchanged := []:",
+        ("tests/robot/workspace/test_grids.py",),
+    ),
+    Mutant(
         "no client declares a path clear",
         "ClientControllers._follow",
         "collision_checked=False",
