@@ -88,7 +88,8 @@ def test_a_trajectory_has_a_dry_run_too(
     # With the duration of the averaged motion, where the other joints stand as homed.
     assert capsys.readouterr().out == (
         "trajectory: a.csv, 2.23 s\n"
-        "note: held, as not in the trajectory: j2 at +0.3380 m, j3 at +2.6267 rad, j4 at +3.0107 rad\n"
+        "note: held, as not in the trajectory: j2 at +0.3380 m, j3 at +2.6267 rad, "
+        "j4 at +3.0107 rad\n"
     )
 
 
