@@ -102,7 +102,8 @@ def draw_plan(
     motion = _sampled(trajectory, arm)
     figure = figures.Figure(figsize=(19, 13))
     figure.suptitle(
-        f"{printable(title) or 'planned motion'}, {trajectory.duration:.3f} s  (dashed red: limits)",
+        f"{printable(title) or 'planned motion'}, {trajectory.duration:.3f} s  "
+        "(dashed red: limits)",
         fontsize=15,
         y=0.995,
         parse_math=False,
