@@ -110,7 +110,7 @@ class Robot:
         gripper: Gripper | None = None,
         servo: object = None,
         rate: int | None = None,
-        evidence: Path = FAULTS,
+        evidence: Path | str = FAULTS,
         reduced_speed: bool = True,
         pace_homing: bool = False,
         pace_motion: bool = False,
@@ -143,7 +143,7 @@ class Robot:
         seed: int = 0,
         homed: bool = False,
         rate: int | None = None,
-        evidence: Path = FAULTS,
+        evidence: Path | str = FAULTS,
         reduced_speed: bool = True,
         pace_homing: bool = False,
         pace_motion: bool = False,
@@ -182,7 +182,7 @@ class Robot:
         parameters: ArmParameters | None = None,
         *,
         rate: int | None = None,
-        evidence: Path = FAULTS,
+        evidence: Path | str = FAULTS,
         reduced_speed: bool = True,
     ) -> Self:
         """Return the arm on the bus of this name, or the one that another process owns.

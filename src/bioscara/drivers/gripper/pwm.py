@@ -43,8 +43,10 @@ class Pwm:
         root: The kernel's folder.
     """
 
-    def __init__(self, outputs: Sequence[PwmOutput], clock: Clock, root: Path = SYSFS) -> None:
-        self._outputs, self._clock, self._root = tuple(outputs), clock, root
+    def __init__(
+        self, outputs: Sequence[PwmOutput], clock: Clock, root: Path | str = SYSFS
+    ) -> None:
+        self._outputs, self._clock, self._root = tuple(outputs), clock, Path(root)
         self._channel: Path | None = None
 
     def pulse(self) -> float | None:

@@ -69,10 +69,10 @@ def sequence_of_text(text: str, source: str) -> StepSequence:
     return StepSequence.checked(file.values, file.place)
 
 
-def is_sequence(path: Path) -> bool:
+def is_sequence(path: Path | str) -> bool:
     """Return whether a file has the top level of a sequence; False if it cannot be read."""
     try:
-        with path.open("rb") as file:
+        with Path(path).open("rb") as file:
             data = b"\n" + file.read(SIZE_MAX)
     except OSError:
         return False
@@ -92,14 +92,14 @@ def text_of_sequence(sequence: StepSequence) -> str:
     return _HEADING + stream.getvalue()
 
 
-def write_sequence(path: Path, sequence: StepSequence) -> None:
+def write_sequence(path: Path | str, sequence: StepSequence) -> None:
     """Write a sequence to a file atomically.
 
     Raises:
         ConfigurationError: The file cannot be written.
     """
     try:
-        with replacing(path) as partial:
+        with replacing(Path(path)) as partial:
             partial.write_text(text_of_sequence(sequence), encoding="utf-8")
     except OSError as error:
         raise ConfigurationError(
