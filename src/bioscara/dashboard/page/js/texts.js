@@ -491,6 +491,7 @@ const TEXTS = {
   "files.no_recordings": "There is no recording. “bioscara serve --with web,record” makes them.",
   "files.more": "{count} older ones are not listed.",
   "files.incomplete": "not finished",
+  "files.writing": "being written",
   "files.replay": "Replay",
   "files.replay_one": "Replay {name}",
   "files.download": "Download",
