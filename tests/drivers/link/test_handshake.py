@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import random
+import weakref
 from contextlib import suppress
 
 import pytest
@@ -12,6 +14,8 @@ from bioscara.bus import Direction, FaultyBus, Transaction, When
 from bioscara.drivers import Joint
 from bioscara.errors import (
     BioscaraError,
+    BusStuckError,
+    BusTimeoutError,
     BusUnavailableError,
     CommunicationError,
     CorruptFrameError,
@@ -231,3 +235,16 @@ def test_swapped_joints_are_found_by_the_address_they_answer_to(address: int) ->
     sent = [t for call in world.tap.calls for t in call]
     assert [t.read for t in sent if t.read > 1] == [WHOLE.read]
     assert not world.joints[0].session.flags & Flags.ARMED
+
+
+@pytest.mark.parametrize("recognised", [True, False])
+def test_a_bus_that_failed_is_forgotten_with_its_last_user(recognised: bool) -> None:
+    world = World(frequency=None)
+    (joint,) = world.ready("j1")
+    world.bus.stuck(recognised=recognised)
+    with pytest.raises(BusStuckError if recognised else BusTimeoutError):
+        joint.get_position()
+    bus = weakref.ref(world.bus)
+    del world, joint
+    gc.collect()
+    assert bus() is None
