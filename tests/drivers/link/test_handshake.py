@@ -7,6 +7,7 @@ import os
 import random
 import weakref
 from contextlib import suppress
+from copy import copy
 
 import pytest
 
@@ -180,7 +181,8 @@ class Scripted(Tap):
 
     def __init__(self, answers: list[bytes | CommunicationError], pong: bytes) -> None:
         super().__init__(FirmwareBus())
-        self.answers, self.pongs = list(answers), [pong]
+        # Copies: an error that was raised refers to its test by its traceback.
+        self.answers, self.pongs = [copy(each) for each in answers], [pong]
 
     def transfer(self, transactions):  # type: ignore[no-untyped-def]
         self.calls.append(list(transactions))
