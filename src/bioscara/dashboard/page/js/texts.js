@@ -463,6 +463,7 @@ const TEXTS = {
   "files.reading": "Reading {name}.",
   "files.refused": "{name} cannot be used:",
   "files.read": "{name}: {points} points, {time}.",
+  "files.takes": "The arm takes {time}.",
   "files.stretched": "Stretched in time by {factor} to fit the limits.",
   "files.peaks": "Highest values against the limits",
   "files.joint": "Joint",
