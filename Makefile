@@ -14,7 +14,7 @@
 #   make mutants         remove each guard once and require a red test
 #   make ros2            an environment with ROS 2 from PyPI and our interface packages, in .venv-ros2
 #   make generate        what follows from the register table and the parameters
-#   make clean           remove the environment and what the tools left
+#   make clean           remove the environments and all that was built; runs and faults stay
 #
 # All of it is installed into .venv. For another Python: make clean, then make PYTHON=python3.13.
 
@@ -209,5 +209,9 @@ page-soak: $(VENV)/.dev
 mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py
 
+# All that .gitignore has, except what an arm has written: runs and faults.
+BUILT := __pycache__ *.egg-info node_modules .cache .*_cache .hypothesis build dist
 clean:
-	rm -rf $(VENV) $(ROS2) .cache build dist site firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	@rm -rf '$(VENV)' '$(ROS2)' site
+	@find . \( -name .git -o -name '.venv*' \) -prune -o \( -path ./runs -o -path ./faults \) -prune -o -type f -name '*.so' -exec rm {} + \
+	    -o -type d \( $(patsubst %,-name '%' -o,$(BUILT)) -false \) -prune -exec rm -rf {} +

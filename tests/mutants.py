@@ -1753,6 +1753,27 @@ MUTANTS = (
         ("tests/server/test_processes.py",),
     ),
     Mutant(
+        "one connection has a limited number of requests in work",
+        "connection.Connection._request",
+        "len(self._finishing) >= PENDING",
+        "False",
+        ("tests/server/clients/test_hostile_clients.py",),
+    ),
+    Mutant(
+        "a script moves no arm with another tool",
+        "sequences.script._body",
+        "yield _ITS_TOOL",
+        "pass",
+        ("tests/robot/sequences/test_running.py",),
+    ),
+    Mutant(
+        "a plate whose corners were exchanged is refused",
+        "Grid.from_corners",
+        "if exchanged := _exchanged(first, row_end, column_end):",
+        "if exchanged := []:",
+        ("tests/robot/workspace/test_grids.py",),
+    ),
+    Mutant(
         "no client declares a path clear",
         "ClientControllers._follow",
         "collision_checked=False",
@@ -2249,6 +2270,8 @@ def _copy() -> Iterator[Path]:
         text=True,
     )
     with tempfile.TemporaryDirectory() as folder:
+        # Tests as another user import from it, too.
+        Path(folder).chmod(0o755)
         tree = Path(folder) / "tree"
         for name in filter(None, listed.stdout.split("\0")):
             (tree / name).parent.mkdir(parents=True, exist_ok=True)

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import os
+import pkgutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
 import bioscara
 import bioscara.robot
 from bioscara.arguments import OVERLAY_VARIABLE
+from bioscara.hardware import Urdf
+from bioscara.robot.sequences.sequence_file import read_sequence, write_sequence
 
+NOT_FOR_PROGRAMS = {"api", "cli", "dashboard", "report", "ros", "server", "web"}
 PACKAGES = pytest.mark.parametrize(
     "package", [bioscara, bioscara.robot], ids=lambda package: package.__name__
 )
@@ -49,6 +56,45 @@ def test_each_public_name_is_listed_completed_and_found_where_type_checkers_find
 def test_an_unknown_name_is_refused(package: ModuleType) -> None:
     with pytest.raises(AttributeError, match=r"has no attribute 'Robto'"):
         package.Robto  # noqa: B018
+
+
+def _public_routines() -> Iterator[tuple[str, Any]]:
+    """Yield the functions and methods that packages export for programs."""
+    packages = [
+        each.name
+        for each in pkgutil.walk_packages(bioscara.__path__, "bioscara.")
+        if each.ispkg and each.name.split(".")[1] not in NOT_FOR_PROGRAMS
+    ]
+    values = [read_sequence, write_sequence]
+    for package in map(importlib.import_module, ("bioscara", *packages)):
+        values += [getattr(package, name) for name in dir(package) if not name.startswith("_")]
+    for value in values:
+        if inspect.isroutine(value):
+            yield value.__qualname__, value
+        elif inspect.isclass(value) and value.__module__.startswith("bioscara."):
+            for name, member in inspect.getmembers(value, inspect.isroutine):
+                if name == "__init__" or not name.startswith("_"):
+                    yield f"{value.__qualname__}.{name}", member
+
+
+def test_each_path_may_be_a_text() -> None:
+    found = {}
+    for name, routine in _public_routines():
+        of = inspect.unwrap(getattr(routine, "__func__", routine))
+        if getattr(of, "__globals__", {}).get("Path") is not Path:
+            continue
+        for parameter in inspect.signature(routine).parameters.values():
+            kinds = str(parameter.annotation).split(" | ")
+            if "Path" in kinds:
+                found[f"{name}({parameter.name})"] = "str" in kinds
+    assert len(found) > 15
+    assert [each for each, text in found.items() if not text] == []
+
+
+def test_a_description_is_read_by_a_path_or_a_text(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text("<robot name='arm'/>")
+    assert Urdf.load(str(file)).root.attrib == Urdf.load(file).root.attrib == {"name": "arm"}
 
 
 def test_the_package_itself_imports_nothing() -> None:

@@ -156,3 +156,22 @@ def test_a_package_that_calls_itself_typed_has_the_marker() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert "Typing :: Typed" in project["classifiers"]
     assert (ROOT / "src/bioscara/py.typed").is_file()
+
+
+def test_clean_removes_all_that_is_ignored_except_what_an_arm_has_written(tmp_path: Path) -> None:
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    patterns = (ROOT / ".gitignore").read_text().split()
+    made, kept = [tmp_path / "src/build.py"], {"/runs/", "/faults/"}
+    for pattern in patterns:
+        name = pattern.strip("/").replace("*", "any")
+        folders = [tmp_path] if pattern.startswith("/") else [tmp_path, tmp_path / "some/folder"]
+        made += [
+            folder / name / "file" if pattern.endswith("/") else folder / name for folder in folders
+        ]
+    for path in made:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    subprocess.run(["make", "-s", "clean"], cwd=tmp_path, check=True, capture_output=True)
+    left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+    assert kept < set(patterns)
+    assert left == {"Makefile", "src/build.py", "runs/file", "faults/file"}

@@ -25,6 +25,11 @@ def printable(text: str) -> str:
     )
 
 
+def encodable(text: str) -> str:
+    """Return a text with escapes for what UTF-8 cannot encode, as in other names of files."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 def brief(text: str) -> str:
     """Return an error text for display: printable, and without its middle where it is too long."""
     # Cut before it is escaped, too, as that takes a moment for each character.

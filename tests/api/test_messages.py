@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import struct
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Literal, get_args, get_type_hints
 
@@ -179,6 +180,16 @@ def test_numbers_of_any_kind_are_sent(value: Any) -> None:
     back = framing.from_client.decode(framing.encode_packed(request))
     assert back.command.share == 0.5
     assert framing.json_from_client.decode(framing.encode_json(request)).command.share == 0.5
+
+
+@pytest.mark.parametrize("encode", [framing.encode_packed, framing.encode_json])
+def test_names_of_files_that_are_not_utf8_cost_no_message(
+    encode: Callable[[object], bytes],
+) -> None:
+    def answer(name: str) -> m.Response:
+        return m.Response(1, m.FlightRecordFile(name, b"\xff\x00"))
+
+    assert encode(answer("caf\udce9.mcap")) == encode(answer("caf\\udce9.mcap"))
 
 
 def test_whole_numbers_of_numpy_stay_whole() -> None:

@@ -10,7 +10,7 @@ from bioscara.cli import main
 from bioscara.errors import BioscaraError, InvalidArgumentError, JointError
 from bioscara.printing import printable
 
-EVIL = "\x1b]0;owned\x07\x1b[31m\nbioscara: all is well\r\x9b2J\u202e.yaml"
+EVIL = "\x1b]0;owned\x07\x1b[31m\nbioscara: all is well\r\x9b2J\u202e\udcff.yaml"
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_refusals_show_names_of_files_escaped(
 def test_file_names_are_escaped_in_output_report_and_page(
     evil: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    trajectory = evil / "motion.csv"
+    trajectory = evil / f"{evil.name}.csv"
     trajectory.write_text("time,j1,j2,j3,j4\n0,0.1,0.2,0.8,0.1\n2,0.2,0.2,0.8,0.1\n")
     out = evil / "out"
     assert main(["run", str(trajectory), "--out", str(out)], paced=False) == 0
@@ -64,3 +64,4 @@ def test_file_names_are_escaped_in_output_report_and_page(
         text = file.read_text()
         assert "\x1b" not in text
         assert "\u202e" not in text
+    assert (out / "plot.png").stat().st_size > 1000

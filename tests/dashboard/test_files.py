@@ -66,13 +66,15 @@ def smooth(points: int, duration: float) -> str:
 
 def test_a_long_trajectory_is_read_previewed_and_followed(panel: Page, left: Site) -> None:
     upload(panel, smooth(1200, 2.0), "a <b>.csv")
-    panel.get_by_text("a <b>.csv: 1200 points, 2.0 s.").wait_for()
+    panel.get_by_text("a <b>.csv: 1200 points, 2.0 s. The arm takes").wait_for()
     assert panel.locator(".motion-plots .plot").count() == 2
     row = panel.get_by_role("row", name="j1").first
     assert "above the limit" not in row.inner_text()
     panel.locator("#panel-files").get_by_role("button", name="Preview").click()
     wait_until(lambda: panel.evaluate("bioscara.preview?.title") == "a <b>.csv", "a preview")
-    assert panel.evaluate("bioscara.preview.trajectory.times.length") == 1200
+    shown = panel.evaluate("bioscara.preview.trajectory")
+    assert shown["joint_names"] == ["j1", "j2", "j3", "j4"]
+    assert shown["positions"][0] == pytest.approx(HALF, abs=2e-3)
     panel.locator("#panel-files").get_by_role("button", name="Execute").click()
     panel.get_by_text("The trajectory was followed to its end.").wait_for()
     stays(left.robot)

@@ -260,7 +260,9 @@ def test_the_python_of_each_control_can_be_run(page: Page) -> None:
     wait_for_state(page, "commanding")
     page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
     codes = page.evaluate(
-        "() => Array.from(document.querySelectorAll('.copy-python'), (each) => each.python())"
+        """() => Promise.allSettled(
+            Array.from(document.querySelectorAll('.copy-python'), (each) => each.python())
+        ).then((all) => all.map(({value, reason}) => value ?? reason.message))"""
     )
     for mode in ("tool", "joints"):
         for size in ("10", "0"):
@@ -274,7 +276,9 @@ def test_the_python_of_each_control_can_be_run(page: Page) -> None:
             codes.append(page.evaluate("document.querySelector('.jog-card .copy-python').python()"))
     assert len(codes) > 20
     for code in codes:
-        check(code)
+        # The sequence of the page has no steps.
+        if code != "steps: there is none; a sequence has at least one step":
+            check(code)
 
 
 def check(code: str) -> None:

@@ -9,12 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Dialog, Page
+from playwright.sync_api import Browser, Dialog, Locator, Page
 
 from bioscara import Frame, Joints, NamedPose, Pose
-from bioscara.robot.sequences.sequence_file import read_sequence
+from bioscara.robot.sequences.script import to_script
+from bioscara.robot.sequences.sequence_file import read_sequence, text_of_sequence
 from dashboard.rig import Site, at_rest, command, open_page, positions, stays, wait_for_state
 from processes import wait_until
+from robot.sequences.samples import EACH_KIND
 from served import HALF
 
 pytestmark = pytest.mark.realtime
@@ -189,6 +191,24 @@ def test_a_sequence_is_loaded_planned_carried_out_and_saved(
     assert download.value.suggested_filename.endswith(".py")
     download.value.save_as(path)
     assert 'robot.move_named("near", velocity_scaling=0.9)' in path.read_text()
+
+
+def test_steps_are_copied_as_the_program_that_does_the_same(panel: Page) -> None:
+    sequence = EACH_KIND
+    load(panel, text_of_sequence(sequence))
+    panel.get_by_text(f"a.yaml: {len(sequence.steps)} steps.").wait_for()
+    panel.context.grant_permissions(["clipboard-read", "clipboard-write"])
+
+    def copied(button: Locator) -> object:
+        button.click()
+        button.get_by_text("Copied").wait_for()
+        return panel.evaluate("navigator.clipboard.readText()")
+
+    editor = panel.get_by_role("group", name="Sequence")
+    assert copied(editor.locator(":scope > .row > .copy-python")) == to_script(sequence)
+    # A step alone rests at its end, as when it is carried out alone.
+    assert sequence.steps[2].blend > 0.0
+    assert copied(panel.locator("[data-index='2'] .copy-python")) == to_script(sequence, 2, 3)
 
 
 def test_a_refused_step_is_named_and_nothing_moves(panel: Page, left: Site) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from bioscara import Robot
 from bioscara.dashboard.trajectories import checked_trajectory
 from bioscara.errors import TrajectoryError
 from bioscara.model.loading import load_parameters
+from bioscara.server.state.queries import workspace_state
 
 PARAMETERS = load_parameters()
 
@@ -45,6 +47,21 @@ def test_a_position_outside_the_limits_cannot_be_fitted() -> None:
     assert "outside" in found.problem
     with pytest.raises(TrajectoryError, match="outside"):
         checked_trajectory("a.csv", csv(60.0, 9.0), PARAMETERS, fit=True)
+
+
+def test_what_the_arm_makes_of_it_has_all_joints_of_which_the_others_hold() -> None:
+    here = [0.3, 0.2, 0.8, -0.5]
+    with Robot.simulated(PARAMETERS) as robot:
+        workspace = workspace_state(robot.arm, 1)
+    found = checked_trajectory("a.csv", csv(2.0), PARAMETERS, workspace, here, fit=False)
+    assert found.planned is not None
+    assert found.planned.joint_names == ("j1", "j2", "j3", "j4")
+    for position in found.planned.positions:
+        assert position[1:] == pytest.approx(here[1:], abs=1e-9)
+    assert found.planned.times[-1] > found.duration
+    for joints in ((), (0.3, 0.2, None, -0.5)):
+        found = checked_trajectory("a.csv", csv(2.0), PARAMETERS, workspace, joints, fit=False)
+        assert (found.planned, found.problem) == (None, None)
 
 
 def test_one_of_another_arm_is_refused_with_a_proposal() -> None:

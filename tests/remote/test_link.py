@@ -427,7 +427,7 @@ def test_requests_that_cannot_be_sent_are_refused_at_once(served: Served, robot:
     with pytest.raises(InvalidArgumentError, match="an owner takes at most"):
         robot.move_named("x" * framing.REQUEST_MAX)
     with pytest.raises(InvalidArgumentError, match="cannot be sent"):
-        robot.move_named("\ud800")
+        robot.simulate_fault("slip", "j1", object())
     goals = served.owner.goals.last
     robot.move_relative(z=0.001)
     assert served.owner.goals.last == goals + 1

@@ -12,6 +12,7 @@ import msgspec
 
 from bioscara.api.messages import FromClient, FromOwner
 from bioscara.errors import ProtocolError
+from bioscara.printing import encodable
 
 HELLO_MAX = 4 << 10
 """Longest first message of a client [byte]."""
@@ -33,11 +34,39 @@ def _plain(value: Any) -> int | float:
     raise TypeError(f"a {type(value).__name__} cannot be sent")
 
 
-encode_packed = msgspec.msgpack.Encoder(enc_hook=_plain).encode
-encode_json = msgspec.json.Encoder(enc_hook=_plain).encode
+_SAME: Any = {"builtin_types": (bytes,), "enc_hook": _plain}
+_packed = msgspec.msgpack.Encoder(enc_hook=_plain).encode
+_json = msgspec.json.Encoder(enc_hook=_plain).encode
 from_client: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromClient)
 from_owner: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromOwner)
 json_from_client: msgspec.json.Decoder[Any] = msgspec.json.Decoder(FromClient)
+
+
+def encode_packed(message: object) -> bytes:
+    """Return a message as msgpack; names of files that are not UTF-8 are escaped."""
+    try:
+        return _packed(message)
+    except UnicodeEncodeError:
+        return _packed(_encodable(msgspec.to_builtins(message, **_SAME)))
+
+
+def encode_json(message: object) -> bytes:
+    """Return a message as JSON; names of files that are not UTF-8 are escaped."""
+    try:
+        return _json(message)
+    except UnicodeEncodeError:
+        return _json(_encodable(msgspec.to_builtins(message, **_SAME)))
+
+
+def _encodable(value: Any) -> Any:
+    match value:
+        case str():
+            return encodable(value)
+        case dict():
+            return {_encodable(key): _encodable(each) for key, each in value.items()}
+        case list() | tuple():
+            return [_encodable(each) for each in value]
+    return value
 
 
 def framed(payload: bytes) -> bytes:

@@ -1928,10 +1928,11 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
         number: Counted from 1 since the owner began.
         time: When, on the arm's clock.
         wall: When, in seconds since 1970.
-        what: ``goal_accepted``, ``goal_ended``, ``fault``, ``faults_cleared``, ``warning``,
-            ``lease``, ``stop``, ``pause``, ``resume``, ``workspace``, ``parameters``,
-            ``controllers``, ``gateway``, ``client``, ``speed_override``, ``simulation``, ``report``
-            or ``owner``; or ``gap`` for events that are not kept any more, in number up to its own.
+        what: ``goal_accepted``, ``goal_ended``, ``fault``, ``acknowledged`` with a fault and
+            its evidence, ``faults_cleared``, ``warning``, ``lease``, ``stop``, ``pause``,
+            ``resume``, ``workspace``, ``parameters``, ``controllers``, ``gateway``, ``client``,
+            ``speed_override``, ``simulation``, ``report`` or ``owner``; or ``gap`` for events
+            that are not kept any more, in number up to its own.
         text: A sentence for people.
         client: The client that caused it; empty if none did.
         goal: The goal that it concerns, as it is then; else null.

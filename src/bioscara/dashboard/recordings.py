@@ -15,6 +15,7 @@ from bioscara.recording.reading.extent import Extent, extent_of
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan
 from bioscara.recording.writing.folder import RecordingFolder
+from bioscara.rosbag.recording_file import is_being_written
 
 FEWEST, MOST = 2, 20_000
 """Range of the number of samples that can be asked for."""
@@ -32,6 +33,7 @@ class RecordingEntry(msgspec.Struct, frozen=True):
         begin: Time of its first message, in seconds since 1970; null if it is not known.
         end: That of its last one; null while it is written, or where its recorder was killed.
         complete: Whether it was finished; one that was not can be replayed all the same.
+        writing: Whether a recorder writes it.
     """
 
     name: str
@@ -39,6 +41,7 @@ class RecordingEntry(msgspec.Struct, frozen=True):
     begin: float | None
     end: float | None
     complete: bool
+    writing: bool
 
 
 class RecordedSamples(msgspec.Struct, frozen=True):
@@ -84,9 +87,10 @@ class Recordings:
         for path in reversed(self._folder.files()):
             try:
                 extent = self._extent(path)
-            except RecordingError:
+                writing = not extent.complete and is_being_written(path)
+            except (RecordingError, OSError):
                 continue
-            found.append(RecordingEntry(path.name, *extent))
+            found.append(RecordingEntry(path.name, *extent, writing))
         return found
 
     def path_of(self, name: str) -> Path | None:

@@ -97,9 +97,9 @@ def written(values: object) -> SequenceText:
     return SequenceText(text_of_sequence(sequence_of(values)))
 
 
-def scripted(values: object) -> SequenceText:
-    """Return a sequence, of JSON, as a Python program; errors as :func:`dry_run_of`."""
-    return SequenceText(to_script(sequence_of(values)))
+def scripted(values: object, first: int = 0, last: int | None = None) -> SequenceText:
+    """Return a sequence, of JSON, as a Python program; see :func:`dry_run_of`."""
+    return SequenceText(to_script(sequence_of(values), first, last))
 
 
 def dry_run_of(

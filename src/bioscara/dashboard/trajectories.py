@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import msgspec
 
-from bioscara.api.messages import TrajectoryValue
-from bioscara.api.values import trajectory_value
-from bioscara.errors import TrajectoryError
+from bioscara.api.messages import TrajectoryValue, WorkspaceState
+from bioscara.api.values import trajectory_value, workspace_of
+from bioscara.errors import TrajectoryError, ZoneError
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check
 from bioscara.planning import fit as stretch
 from bioscara.planning.files.trajectory_file import read_content
 from bioscara.planning.trajectory.extrema import joint_extrema
 from bioscara.printing import printable
+from bioscara.robot.operations.motions.follow_trajectory import checked
+from bioscara.robot.planner import Planner
 from bioscara.spelling import did_you_mean
 
 SIZE_MAX = 8 << 20
@@ -50,7 +54,9 @@ class CheckedTrajectory(msgspec.Struct, frozen=True):
         notes: What the reader left out, and unusual properties.
         peaks: Its extremes, one for each of its joints.
         problem: Why the arm cannot execute it as it is, or null: a limit with joint, time and
-            value. Zones are checked when it is planned or executed.
+            value.
+        planned: The motion that the arm makes of it from where it is: of all joints, slowed down
+            and averaged. Null if its path is not free, or the arm is not homed.
     """
 
     trajectory: TrajectoryValue
@@ -60,10 +66,17 @@ class CheckedTrajectory(msgspec.Struct, frozen=True):
     notes: tuple[str, ...]
     peaks: tuple[Peak, ...]
     problem: str | None
+    planned: TrajectoryValue | None
 
 
 def checked_trajectory(
-    name: str, data: bytes, parameters: ArmParameters, *, fit: bool
+    name: str,
+    data: bytes,
+    parameters: ArmParameters,
+    workspace: WorkspaceState | None = None,
+    joints: Sequence[float | None] = (),
+    *,
+    fit: bool,
 ) -> CheckedTrajectory:
     """Read a trajectory and compare it with the limits of the arm.
 
@@ -71,6 +84,8 @@ def checked_trajectory(
         name: Name of the file; one that ends with ``.csv`` is CSV, another one YAML.
         data: Its content.
         parameters: Parameters of the arm.
+        workspace: Its tool, scene and load; None to plan nothing.
+        joints: j1 to j4 [rad, m, rad, rad]; None where a position is unknown.
         fit: Whether to stretch it in time by the least factor that meets every limit.
 
     Raises:
@@ -93,14 +108,25 @@ def checked_trajectory(
         notes += tuple(check(trajectory, parameters.joints))
     except TrajectoryError as error:
         problem = str(error)
+    planned = None
+    here = [joint for joint in joints if joint is not None]
+    if problem is None and workspace is not None and len(here) == len(parameters.joints):
+        planner = Planner(workspace_of(parameters, workspace), lambda: here)
+        try:
+            plan = checked(trajectory, planner)
+        except (TrajectoryError, ZoneError) as error:
+            notes += (str(error),)
+        else:
+            planned, notes = trajectory_value(plan.trajectory), (*notes, *plan.notes)
     return CheckedTrajectory(
         trajectory_value(trajectory),
         len(trajectory.times),
         trajectory.duration,
         factor,
-        notes,
+        tuple(dict.fromkeys(notes)),
         _peaks(trajectory, parameters),
         problem,
+        planned,
     )
 
 

@@ -123,14 +123,14 @@ class Image:
             )
 
 
-def read_image(path: Path) -> Image:
+def read_image(path: Path | str) -> Image:
     """Return the image in a file.
 
     Raises:
         ImageError: It cannot be read, or as :meth:`Image.from_bytes`.
     """
     try:
-        with path.open("rb") as file:
+        with Path(path).open("rb") as file:
             content = file.read(FLASH_SIZE + 1)
     except OSError as error:
         raise ImageError(f"{path} cannot be read: {error.strerror or error}") from error

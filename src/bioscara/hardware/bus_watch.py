@@ -55,7 +55,7 @@ class BusWatch:
         expected = self._expected()
         if len(expected) < 2 or not line.addresses.issuperset(expected):
             return None
-        if not isinstance(line.error, BusStuckError):
+        if line.stuck is None:
             # Joints that answered nothing for so long have stopped autonomously, so nothing is
             # bridged.
             heard = max(axis.stamp for axis in expected.values())
@@ -136,9 +136,10 @@ class BusWatch:
             (axis.name for axis in self._axes if axis.joint.parameters.address == line.first), "?"
         )
         told, reopened = line.in_a_row, 0
-        if isinstance(line.error, BusStuckError):
+        if line.stuck is not None:
             # An adapter that knows it does not try all of them.
-            told, reopened = line.error.transactions or told, line.error.reopened
+            transactions, reopened = line.stuck
+            told = transactions or told
         text = (
             f"the bus is stuck: {told} transactions in a row with {len(line.addresses)} joints did "
             f"not end, the first, with {first} ({line.first:#04x}), {1e3 * duration:.0f} ms ago"

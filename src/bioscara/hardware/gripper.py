@@ -47,10 +47,10 @@ class GripperHardware(HardwareComponent):
         urdf: Urdf,
         servo: GripperParameters,
         clock: Clock,
-        state_file: Path,
+        state_file: Path | str,
         *,
         name: str = GRIPPER_COMPONENT,
-        root: Path = SYSFS,
+        root: Path | str = SYSFS,
     ) -> GripperHardware:
         """Return the gripper defined by a description; nothing is written yet.
 

@@ -93,14 +93,14 @@ class Urdf:
             raise self.error(self.root, f"<{self.root.tag}> is not <robot>: this is no URDF")
 
     @classmethod
-    def load(cls, path: Path) -> Urdf:
+    def load(cls, path: Path | str) -> Urdf:
         """Read a file.
 
         Raises:
             ConfigurationError: It cannot be read, and as above.
         """
         try:
-            with path.open("rb") as file:
+            with Path(path).open("rb") as file:
                 content = file.read(SIZE_MAX + 1)
             return cls(content.decode(), str(path))
         except OSError as error:

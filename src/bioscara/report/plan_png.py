@@ -16,6 +16,7 @@ from bioscara.kinematics import Scara, batch
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import JointLimits, ToolLimits
+from bioscara.printing import printable
 from bioscara.report.plan_views import FREE, LEAST, ToolPath, draw_from_above, draw_height, widen
 from bioscara.report.png import available, save
 
@@ -101,7 +102,8 @@ def draw_plan(
     motion = _sampled(trajectory, arm)
     figure = figures.Figure(figsize=(19, 13))
     figure.suptitle(
-        f"{title or 'planned motion'}, {trajectory.duration:.3f} s  (dashed red: limits)",
+        f"{printable(title) or 'planned motion'}, {trajectory.duration:.3f} s  "
+        "(dashed red: limits)",
         fontsize=15,
         y=0.995,
         parse_math=False,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bioscara.printing import printable
 from bioscara.report.cycles import CycleHistory, Phase
 from bioscara.report.statistics import measured_time, phase_mask
 from bioscara.report.summary import RunSummary
@@ -44,6 +45,12 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
             FigureCanvasAgg(figure).print_png(partial)  # type: ignore[no-untyped-call]
 
 
+def literal(text: str) -> str:
+    """Return a text so that matplotlib draws it as it is."""
+    # Text between two dollar signs is a formula, for wrapped lines also with parse_math=False.
+    return printable(text).replace("$", r"\$")
+
+
 def write(path: Path, summary: RunSummary, history: CycleHistory) -> None:
     """Draw position, velocity and tracking error of every joint.
 
@@ -55,9 +62,9 @@ def write(path: Path, summary: RunSummary, history: CycleHistory) -> None:
 
     count = len(summary.joints)
     figure = figures.Figure(figsize=(14, 2.2 * count + 1), layout="constrained")
-    title = f"{summary.title} on {summary.arm}: {outcome_line(summary)}"
-    # Text between two dollar signs is a formula, for wrapped lines also with parse_math=False.
-    figure.suptitle(title.replace("$", r"\$"), wrap=True)
+    figure.suptitle(
+        literal(f"{summary.title} on {summary.arm}: {outcome_line(summary)}"), wrap=True
+    )
     axes = figure.subplots(count, 3, sharex=True, squeeze=False)
     cycles = np.flatnonzero(~phase_mask(history, Phase.HOMING))
     for index, joint in enumerate(summary.joints):

@@ -429,6 +429,8 @@ class Planner:
     ) -> Plan:
         """Check a trajectory; slow it down and average it where necessary.
 
+        The plan has all joints: those that the trajectory does not name hold.
+
         Args:
             trajectory: Trajectory of some or all joints.
             elsewhere: Positions of the joints that it does not name [rad, m, rad, rad].
@@ -449,6 +451,7 @@ class Planner:
         ]
         notes = check(trajectory, limits)
         here = Joints(*elsewhere)
+        trajectory = trajectory.completed(self.joint_names, here)
         slowdown = 1.0
         if not flag("planned", planned):
             trajectory, slowdown = self._smoothed(trajectory, here)

@@ -18,6 +18,22 @@ MEDIA_TYPE = "application/octet-stream"
 """Media type of such a file: MCAP has none of its own."""
 
 
+def is_being_written(path: Path) -> bool:
+    """Return whether a process writes a file of this kind, which it has not finished then.
+
+    Raises:
+        OSError: The file cannot be read.
+    """
+    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(file)
+    return False
+
+
 class _WholeRecords:
     """The output of a writer; after an error it ends with the last complete record.
 
@@ -28,7 +44,7 @@ class _WholeRecords:
     def __init__(self, path: Path) -> None:
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         self._file = os.open(path, flags, 0o644)
-        # A recovery refuses a locked file: it is not finished yet.
+        # Until it is closed, also by the end of the process: see is_being_written().
         fcntl.flock(self._file, fcntl.LOCK_EX)
         self._size = 0
 

@@ -26,6 +26,7 @@ from bioscara.errors import (
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
+from bioscara.robot.operations.fault_handling import Acknowledge
 from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.operation import Operation, Status
 from bioscara.robot.planner import Plan
@@ -297,7 +298,7 @@ class Owner:
         self.report_ended(self.sample.cycle)
         # The thread that ends the service may disconnect the arm at the same time.
         with suppress(NotInitializedError):
-            self._report_faults()
+            self._report_faults(self.robot.faults)
             self._report_warnings()
             if (activity := self._arm.stack.manager.activity) != self._activity:
                 self._activity = activity
@@ -305,8 +306,7 @@ class Owner:
         self._current_revision()
         self._bench.keep(self._arm)
 
-    def _report_faults(self) -> None:
-        faults = self.robot.faults
+    def _report_faults(self, faults: tuple[ArmFault, ...]) -> None:
         if faults == self._faults:
             return
         known = {(fault.kind, fault.source, fault.time) for fault in self._faults}
@@ -468,7 +468,17 @@ class Owner:
         reasons = [each.text for each in (value.failure, value.limitation) if each is not None]
         reason = f": {'; '.join(reasons)}" if reasons else ""
         text = f"{value.name} by {value.client} {value.status}{reason}"
+        if isinstance(goal.operation, Acknowledge) and goal.operation.error is None:
+            self._report_acknowledged(goal.operation.result(), value.client)
         self._event("goal_ended", text, value.client, goal=value)
+
+    def _report_acknowledged(self, faults: tuple[ArmFault, ...], client: str) -> None:
+        """Report faults with their evidence, also those from which the arm recovered meanwhile."""
+        self._report_faults(faults)
+        for fault in faults:
+            name = "none" if fault.evidence is None else fault.evidence.name
+            text = f"{client} acknowledged {fault.kind.name} of {fault.source}; evidence: {name}"
+            self._event("acknowledged", text, client, fault=fault_value(fault))
 
     def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.Done:
         self._stream(command.goal).set(velocity_of(command))

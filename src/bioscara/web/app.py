@@ -97,7 +97,7 @@ def make_app(settings: WebSettings) -> FastAPI:
     session.add(app, settings)
     questions.add(app, settings, queries)
     model.add(app, facts, work)
-    trajectories.add(app, facts, work)
+    trajectories.add(app, facts, queries, work)
     clearance.add(app, facts, queries, work)
     parameters.add(app, queries, work)
     recordings.add(app, settings, work)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bioscara.sim
@@ -21,6 +22,7 @@ from bioscara.model import load_parameters
 from bioscara.planning import read
 from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
+from served import HALF, NAME, arm_served
 
 DATA = Path(__file__).parents[2] / "data"
 PTP = str(DATA / "planned_pilz_ptp.yaml")
@@ -159,6 +161,48 @@ def test_a_planned_trajectory_is_followed(
         )
         if not words:
             assert tracking_errors(tmp_path)[name] < 2e-3 * span
+
+
+def test_joints_that_a_trajectory_does_not_name_are_held_in_all_that_is_said_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, folder = tmp_path / "some.csv", tmp_path / "run"
+    file.write_text("time,j3,j1\n0,1.0,0.1\n2,1.2,0.3\n")
+    assert main(["run", str(file), "--dry-run"], paced=False) == 0
+    dry = capsys.readouterr().out
+    assert main(["run", str(file), "--out", str(folder)], paced=False) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    planned = read(folder / "trajectory.csv").trajectory
+    assert planned.joint_names == tuple(LIMITS)
+    assert planned.positions[-1, [0, 2]] == pytest.approx([0.3, 1.2])
+    for name, place in (("j2", "+0.33"), ("j4", "+3.0")):
+        column = planned.positions[:, planned.joint_names.index(name)]
+        assert np.ptp(column) < 1e-9
+        followed = [row for row in rows(folder) if row["phase"] == "trajectory"]
+        references = [float(row[f"{name}_reference"]) for row in followed]
+        assert references == pytest.approx([column[0]] * len(references), abs=1e-6)
+        for text in (dry, out, (folder / "report.txt").read_text()):
+            assert f"{name} at {place}" in text
+    assert f"{planned.duration:.2f} s" in dry
+    assert f"trajectory {planned.duration:.2f} s" in out
+
+
+def test_a_dry_run_of_a_served_arm_begins_where_that_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, folder = tmp_path / "some.csv", tmp_path / "run"
+    file.write_text("time,j1\n0,0.1\n0.5,0.3\n")
+    with arm_served():
+        words = ("run", str(file), "--arm", NAME)
+        assert main([*words, "--dry-run"], paced=False) == 0
+        dry = capsys.readouterr().out
+        assert main([*words, "--out", str(folder)], paced=False) == 0
+        planned = read(folder / "trajectory.csv").trajectory
+    assert np.ptp(planned.positions[:, 1:], axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert planned.positions[0, 1:] == pytest.approx(HALF[1:], abs=1e-3)
+    assert f"{planned.duration:.2f} s" in dry
+    assert f"j2 at {HALF[1]:+.3f}" in dry
 
 
 def test_too_fast_is_refused_with_joint_time_value_and_limit(

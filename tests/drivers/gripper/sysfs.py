@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
 import pytest
@@ -32,6 +34,21 @@ class Kernel:
 
         patch.setattr(Path, "write_text", write_text)
         self._put = original
+        self.granted: dict[str, float] = {}
+        """By the name of a file: how long after the folder udev grants its rights [s]."""
+        self._made = 0.0
+        access = os.access
+        patch.setattr(
+            os,
+            "access",
+            lambda path, mode: (
+                access(path, mode)
+                and (root not in Path(path).parents or self._may_write(Path(path).name))
+            ),
+        )
+
+    def _may_write(self, name: str) -> bool:
+        return self.time >= self._made + self.granted.get(name, 0.0)
 
     def now(self) -> float:
         return self.time
@@ -42,6 +59,7 @@ class Kernel:
             if due <= self.time:
                 self._due.remove((due, folder))
                 self.make_channel(folder)
+                self._made = self.time
 
     def add_chip(self, number: int, device: str, channels: int = 4) -> Path:
         chip = self.root / f"pwmchip{number}"
@@ -65,6 +83,8 @@ class Kernel:
         self.writes.append((path.name, value))
         if path.name in self.refuse:
             raise self.refuse[path.name]
+        if not self._may_write(path.name):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
         if path.name == "export":
             self._export(path.parent, value)
             return

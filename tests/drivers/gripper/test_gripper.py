@@ -116,6 +116,22 @@ def test_a_missing_output_names_path_and_remedy(kernel: Kernel, prepare, complai
     assert str(kernel.root) in str(caught.value)
 
 
+@pytest.mark.parametrize("last", ["period", "duty_cycle", "enable"])
+def test_the_rights_of_each_file_are_waited_for(kernel: Kernel, channel: Path, last: str) -> None:
+    kernel.granted = {last: 0.3}
+    pwm(kernel).start(0.02, 0.0015)
+    assert kernel.value(channel, "enable") == 1
+    assert kernel.time == pytest.approx(kernel.LATE + 0.3, abs=0.02)
+
+
+@pytest.mark.parametrize("never", ["period", "duty_cycle", "enable"])
+def test_a_file_whose_rights_never_come_is_named(kernel: Kernel, channel: Path, never: str) -> None:
+    kernel.granted = {never: 10.0}
+    with pytest.raises(GripperError, match=rf"pwm0/{never} cannot be written within 2 s; run as"):
+        pwm(kernel).start(0.02, 0.0015)
+    assert kernel.writes == [("export", 0)]
+
+
 def test_a_folder_that_never_appears(kernel: Kernel, channel: Path) -> None:
     kernel.LATE = 10.0
     with pytest.raises(GripperError, match=r"pwmchip3/pwm0 did not appear within 2 s"):

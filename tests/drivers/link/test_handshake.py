@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import random
+import weakref
 from contextlib import suppress
+from copy import copy
 
 import pytest
 
@@ -12,6 +15,8 @@ from bioscara.bus import Direction, FaultyBus, Transaction, When
 from bioscara.drivers import Joint
 from bioscara.errors import (
     BioscaraError,
+    BusStuckError,
+    BusTimeoutError,
     BusUnavailableError,
     CommunicationError,
     CorruptFrameError,
@@ -176,7 +181,8 @@ class Scripted(Tap):
 
     def __init__(self, answers: list[bytes | CommunicationError], pong: bytes) -> None:
         super().__init__(FirmwareBus())
-        self.answers, self.pongs = list(answers), [pong]
+        # Copies: an error that was raised refers to its test by its traceback.
+        self.answers, self.pongs = [copy(each) for each in answers], [pong]
 
     def transfer(self, transactions):  # type: ignore[no-untyped-def]
         self.calls.append(list(transactions))
@@ -231,3 +237,16 @@ def test_swapped_joints_are_found_by_the_address_they_answer_to(address: int) ->
     sent = [t for call in world.tap.calls for t in call]
     assert [t.read for t in sent if t.read > 1] == [WHOLE.read]
     assert not world.joints[0].session.flags & Flags.ARMED
+
+
+@pytest.mark.parametrize("recognised", [True, False])
+def test_a_bus_that_failed_is_forgotten_with_its_last_user(recognised: bool) -> None:
+    world = World(frequency=None)
+    (joint,) = world.ready("j1")
+    world.bus.stuck(recognised=recognised)
+    with pytest.raises(BusStuckError if recognised else BusTimeoutError):
+        joint.get_position()
+    bus = weakref.ref(world.bus)
+    del world, joint
+    gc.collect()
+    assert bus() is None

@@ -51,6 +51,32 @@ def test_the_curve_passes_through_its_points(trajectory: Trajectory) -> None:
         assert before.positions == pytest.approx(row, abs=1e-6)
 
 
+@given(trajectories(), st.permutations(NAMES), st.integers(1, 4), poses, shares)
+def test_a_motion_of_some_joints_is_one_of_all_in_which_the_others_hold(
+    trajectory: Trajectory, order: list[str], count: int, others: tuple[float, ...], share: float
+) -> None:
+    columns = [NAMES.index(name) for name in order[:count]]
+
+    def of(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else values[:, columns]
+
+    some = Trajectory(
+        order[:count],
+        trajectory.times,
+        trajectory.positions[:, columns],
+        of(trajectory.velocities),
+        of(trajectory.accelerations),
+    )
+    complete = some.completed(NAMES, others)
+    assert complete.joint_names == NAMES
+    time = share * trajectory.duration
+    for place, rest in enumerate((others, (0.0,) * 4, (0.0,) * 4)):
+        expected = list(rest)
+        for column, value in zip(columns, some.sample(time)[place], strict=True):
+            expected[column] = value
+        assert complete.sample(time)[place] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
 @given(trajectories(), shares)
 def test_velocities_and_accelerations_are_derivatives(trajectory: Trajectory, share: float) -> None:
     step = 1e-5

@@ -12,6 +12,7 @@ import pyarrow.parquet
 import pytest
 
 from bioscara import Robot, Trajectory
+from bioscara.api.values import trajectory_value
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.model import load_parameters
 from bioscara.planning import check
@@ -19,6 +20,7 @@ from bioscara.planning import read as read_trajectory
 from bioscara.recording.reading import export
 from bioscara.recording.reading.export import export_csv, export_parquet
 from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.recording.writing.rare_messages import trajectory_message
 from bioscara.rosbag.cdr import CdrMessage
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
@@ -77,18 +79,20 @@ def test_events_and_trajectories_are_rows(made: Made, tables: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def followed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Record an arm that follows trajectories of different joints."""
-    folder = tmp_path_factory.mktemp("followed")
-    with served(folder), recording(folder) as recorder:
-        with Robot.connect(f"arm:{NAME}") as robot:
-            robot.home()
-            j1, _, j3, j4 = robot.state.positions
-            ends = [[j3], [0.99 * j3]]
-            robot.follow(Trajectory(["j3"], [0.0, 2.0], ends, [[0.0]] * 2, [[0.0]] * 2))
-            ends = [[j4, j1], [0.99 * j4, 0.98 * j1]]
-            robot.follow(Trajectory(["j4", "j1"], [0.0, 2.0], ends, [[0.0] * 2] * 2))
-        (path,) = recorder.end()
+def followed(made: Made, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of an arm with trajectories of different joints."""
+    path = tmp_path_factory.mktemp("followed") / "followed.mcap"
+    first = Trajectory(["j3"], [0.0, 2.0], [[0.5], [0.4]], [[0.0]] * 2, [[0.0]] * 2)
+    ends = [[-0.3, 0.2], [-0.29, 0.21]]
+    second = Trajectory(["j4", "j1"], [0.0, 2.0], ends, [[0.0] * 2] * 2)
+    file = RecordingFile(path)
+    state = next(messages(made.path, FileScan(), {Topic.JOINT_STATES}))
+    file.add(Topic.JOINT_STATES, state.data, 0)
+    for goal, trajectory in enumerate((first, second), 1):
+        value = trajectory_value(trajectory)
+        data = trajectory_message(value, f"goal {goal}, part 1", goal)
+        file.add(Topic.TRAJECTORIES, data, goal)
+    file.finish()
     return path
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
+from mcap.reader import make_reader
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
@@ -36,6 +37,14 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
         file.flush()
     file.finish()
     return path
+
+
+def _chunk_starts(path: Path) -> list[int]:
+    """Return where each chunk begins, by the index as mcap's own reader has it."""
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    return [each.chunk_start_offset for each in summary.chunk_indexes]
 
 
 def _chunk_ends(path: Path) -> list[int]:
@@ -104,10 +113,35 @@ def test_a_chunk_with_another_checksum_is_left_out(small: Path, tmp_path: Path) 
     content[start + 33] ^= 1  # after two times and the size
     path.write_bytes(content)
     scan = FileScan()
-    # The first chunk has the channels, without which the others cannot be used.
-    assert list(messages(path, scan)) == []
-    assert "crc validation failed in Chunk" in scan.damage[0]
-    assert len(scan.damage) == CHUNKS
+    # The first chunk has the channels, without which the others cannot be used: the index, too.
+    assert len(list(messages(path, scan))) == (CHUNKS - 1) * EACH
+    (damage,) = scan.damage
+    assert "crc validation failed in Chunk" in damage
+
+
+@given(
+    chunk=st.integers(1, CHUNKS - 1),
+    length=st.integers(0, 2**64 - 1) | st.integers(0, 5000),
+    finished=st.booleans(),
+)
+def test_a_damaged_length_costs_its_chunk_alone(
+    small: Path, chunk: int, length: int, finished: bool
+) -> None:
+    content, starts = bytearray(small.read_bytes()), _chunk_starts(small)
+    place = slice(starts[chunk] + 1, starts[chunk] + 9)
+    assume(content[place] != length.to_bytes(8, "little"))
+    content[place] = length.to_bytes(8, "little")
+    # Without its index, as of a killed recorder.
+    path = small.with_name("length.mcap")
+    path.write_bytes(content if finished else content[: _chunk_ends(small)[-1]])
+    scan = FileScan()
+    found = [each.log_time // 10 for each in messages(path, scan)]
+    others = [each for each in range(CHUNKS) for _ in range(EACH) if each != chunk]
+    # Without an index, what is missing at the end may never have been written.
+    assert found in (others, sorted([*others, *[chunk] * EACH]))
+    assert scan.complete == finished
+    assert scan.damage or not (finished or chunk < CHUNKS - 1)
+    assert [each.name for each in scan.attachments] == ["note.txt"]
 
 
 @settings(max_examples=200)

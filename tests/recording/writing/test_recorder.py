@@ -13,6 +13,7 @@ from mcap.reader import make_reader
 
 import bioscara.recording.writing.folder as recording_folder
 from bioscara import Robot
+from bioscara.api import messages as m
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
@@ -248,6 +249,30 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
     assert states[-1] == "acknowledged"
     levels = [each.message.level for each in read(path, Topic.LOG) if each.message.file == "fault"]
     assert levels == [40]
+
+
+def test_the_evidence_of_a_fault_that_is_over_when_asked_for_is_attached(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with served(tmp_path) as owner, recording(tmp_path) as recorder:
+        # As when a program recovers before the recorder has asked for the faults.
+        clear = {m.GetFaults: lambda *_: m.FaultList("clear", (), ())}
+        monkeypatch.setattr(owner.owner, "_handlers", {**owner.owner._handlers, **clear})
+        with Robot.connect(f"arm:{NAME}") as robot:
+            robot.enable()
+            owner.robot.simulate_fault("reset", "j3")
+            wait_until(lambda: owner.robot.faults != (), "the fault")
+            robot.acknowledge()
+            (fault,) = owner.robot.faults
+            robot.recover()
+        assert fault.evidence is not None
+        wait_until(lambda: _attached(recorder) != {}, "the evidence")
+        (path,) = recorder.end()
+    assert list(_attached(recorder)) == [fault.evidence.name]
+    said = [json.loads(each.message.data) for each in read(path, Topic.EVENTS)]
+    (event,) = [each for each in said if each["what"] == "acknowledged"]
+    assert fault.evidence.name in event["text"]
+    assert event["fault"]["evidence"] == fault.evidence.name
 
 
 def _attached(recorder: Recording) -> dict[str, bytes]:

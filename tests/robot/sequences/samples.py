@@ -34,7 +34,9 @@ _LOADS = st.builds(
     upper=st.tuples(*[st.floats(0.01, 0.1)] * 3),
     yaw=_ANGLES,
     mass=st.floats(0.0, 10.0),
-    touches=st.lists(st.text(max_size=9), max_size=3).map(tuple),
+    touches=st.lists(
+        st.text(max_size=9) | st.sampled_from(("\U0001f9ea", "a\u2028b")), max_size=3
+    ).map(tuple),
     max_speed=st.none() | st.floats(1e-3, 1.0),
 )
 PATHS = (
@@ -58,7 +60,7 @@ STEPS = st.one_of(
 def sequences(draw: st.DrawFn) -> s.StepSequence:
     steps = draw(st.lists(STEPS, min_size=1, max_size=6))
     # A blend needs a path after it.
-    first = draw(st.builds(s.LineStep, pose=_PLACES, blend=st.floats(1e-4, 1.0)))
+    first = draw(st.builds(s.LineStep, pose=_PLACES, blend=st.floats(1e-4, 1.0), speed=_SHARES))
     if draw(st.booleans()):
         steps = [first, draw(PATHS), *steps]
     return s.StepSequence(title=draw(TITLES), tool=draw(NAMES), steps=tuple(steps))

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 
-from bioscara import Robot, load_table
+from bioscara import Frame, NamedPose, Pose, Robot, TeachTable, Tool, load_table
 from bioscara.errors import InvalidArgumentError, MotionCancelledError, UnreachableError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
+from bioscara.robot.sequences.calls import call_of
 from bioscara.robot.sequences.dry_run import dry_run, joined
 from bioscara.robot.sequences.running import run_sequence
 from bioscara.robot.sequences.script import to_script
@@ -23,6 +25,7 @@ from robot.sequences.samples import EACH_KIND, TABLE, place, sequences
 
 START = Joints(0.3, 0.2, 0.8, -0.5)
 END = 0.5, -0.1, 0.2, 0.0
+FULL = ("velocity_scaling", 1.0)
 
 pytestmark = pytest.mark.usefixtures("near_the_stops")
 
@@ -139,6 +142,99 @@ def test_each_script_is_a_program_that_imports_what_it_uses(sequence: StepSequen
     names = {name for each in (code, *code.co_consts) for name in getattr(each, "co_names", ())}
     known = {"Load", "Motion", "Pose", "Prism", "Robot", "Waypoint", "load_table"}
     assert names & known == set(imported)
+
+
+class Recording:
+    """A robot that notes each call, and has any tool; its poses and frames are those of a table."""
+
+    def __init__(self, space: Workspace, made: list[tuple[object, ...]], prefix: str = "") -> None:
+        self._space, self._made, self._prefix = space, made, prefix
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return
+
+    @property
+    def tool(self) -> Tool:
+        return self._space.tool
+
+    @tool.setter
+    def tool(self, name: str) -> None:
+        self._space = self._space.with_tool(name)
+
+    def __getattr__(self, name: str) -> object:
+        if name in {"table", "kinematics"}:
+            return getattr(self._space, name)
+        if name == "frame":
+            return self._space.table.frame
+        if name == "gripper":
+            return Recording(self._space, self._made, "gripper.")
+        return lambda *given, **named: self._made.append((self._prefix + name, given, named))
+
+
+def named_in(sequence: StepSequence) -> Workspace:
+    """Return a workspace that has the tool, and each pose and frame that a sequence names."""
+    empty = Workspace.of(load_parameters())
+    names = {
+        getattr(step, field, None) for step in sequence.steps for field in ("name", "via_name")
+    }
+    frames = {getattr(step, "frame", None) for step in sequence.steps}
+    tool = (
+        empty.tool if sequence.tool == "fingers" else Tool(sequence.tool, Pose(0.0, 0.0, -0.1), 0.1)
+    )
+    table = TeachTable(
+        empty.tool,
+        () if tool is empty.tool else (tool,),
+        tuple(
+            NamedPose(name, None, Pose(0.4, 0.01 * index, 0.2), sequence.tool)
+            for index, name in enumerate(sorted(names - {None, "center"}))
+        ),
+        tuple(
+            Frame(name, Pose(0.3, 0.01 * index, 0.1, 0.5))
+            for index, name in enumerate(sorted(frames - {None}))
+        ),
+    )
+    return empty.with_table(table).with_tool(sequence.tool)
+
+
+@given(sequences(), st.data())
+def test_the_calls_of_each_script_are_those_of_its_steps(
+    sequence: StepSequence, data: st.DataObject
+) -> None:
+    first = data.draw(st.integers(0, len(sequence.steps) - 1))
+    last = data.draw(st.none() | st.integers(first + 1, len(sequence.steps)))
+    space = named_in(sequence)
+    made: list[tuple[object, ...]] = []
+    fingers = Workspace.of(load_parameters()).with_table(space.table)
+    robot = Recording(fingers, made)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bioscara.Robot.simulated", lambda: robot)
+        patch.setattr("time.sleep", lambda *given: made.append(("sleep", given, {})))
+        patch.setattr(sys, "argv", ["script.py"])
+        exec(to_script(sequence, first, last), {"__name__": "__main__"})
+    expected: list[tuple[object, ...]] = [("home", (), {})]
+    for begin, run in sequence.runs(first, last):
+        call = call_of(begin, run, space)
+        # The share of the speed limits is written where it is not all of them.
+        named = {key: value for key, value in call.keywords.items() if (key, value) != FULL}
+        given = [list(each) if isinstance(each, Joints) else each for each in call.arguments]
+        expected.append((call.method, tuple(given), named))
+    assert robot.tool == space.tool
+    assert made == expected
+
+
+def test_a_script_is_refused_where_another_tool_is_mounted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    other = named_in(StepSequence(tool="needle", steps=(WaitStep(seconds=0.0),)))
+    made: list[tuple[object, ...]] = []
+    monkeypatch.setattr("bioscara.Robot.simulated", lambda: Recording(other, made))
+    monkeypatch.setattr(sys, "argv", ["script.py"])
+    with pytest.raises(SystemExit, match="the sequence is for tool fingers, the arm has needle"):
+        exec(to_script(EACH_KIND), {"__name__": "__main__"})
+    assert made == []
 
 
 def test_the_script_does_the_same(

@@ -6,7 +6,7 @@ import math
 from itertools import product
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.robot.workspace.test_frames import POSES, same
 
@@ -16,7 +16,7 @@ from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.grids import Grid
 
 PLATE = Grid(Frame("plate", Pose(0.3, 0.1, 0.02)), 8, 12, 0.009, 0.009)
-PITCHES = st.floats(0.03, 0.1) | st.floats(-0.1, -0.03)
+PITCHES = st.floats(0.03, 0.1)
 
 
 def test_a_plate_of_96_wells_has_its_names_and_places() -> None:
@@ -48,17 +48,40 @@ def test_rows_after_z_have_two_letters() -> None:
     assert names[-1] == "AF1"
 
 
+def corners_of(grid: Grid) -> list[Pose]:
+    return [grid.pose(0, 0), grid.pose(0, grid.columns - 1), grid.pose(grid.rows - 1, 0)]
+
+
 @given(
-    POSES, st.integers(2, 9), st.integers(2, 13), PITCHES, st.floats(0.03, 0.1), st.floats(-3, 3)
+    POSES, st.integers(2, 9), st.integers(2, 13), st.booleans(), PITCHES, PITCHES, st.floats(-3, 3)
 )
 def test_a_grid_is_found_from_three_of_its_corners(
-    pose: Pose, rows: int, columns: int, row_pitch: float, column_pitch: float, yaw: float
+    pose: Pose, rows: int, columns: int, turned: bool, down: float, across: float, yaw: float
 ) -> None:
-    grid = Grid(Frame("rack", pose), rows, columns, row_pitch, column_pitch, yaw)
-    first, row_end, column_end = grid.pose(0, 0), grid.pose(0, columns - 1), grid.pose(rows - 1, 0)
-    found = Grid.from_corners("rack", rows, columns, first, row_end, column_end)
+    # Both pitches negative: the plate is turned by half a turn.
+    pitches = (-down, -across) if turned else (down, across)
+    grid = Grid(Frame("rack", pose), rows, columns, *pitches, yaw)
+    found = Grid.from_corners("rack", rows, columns, *corners_of(grid))
     for name in ("A1", f"A{columns}", f"B{columns}", f"{chr(64 + rows)}{columns}"):
         assert same(found[name], grid[name])
+
+
+@given(POSES, st.integers(2, 9), st.integers(2, 13), PITCHES, PITCHES, st.permutations(range(3)))
+def test_corners_that_were_exchanged_are_named(
+    pose: Pose, rows: int, columns: int, down: float, across: float, order: list[int]
+) -> None:
+    corners = corners_of(Grid(Frame("rack", pose), rows, columns, down, across))
+    names = ("first", "row_end", "column_end")
+    wrong = [name for index, name in enumerate(names) if order[index] != index]
+    assume(wrong)
+    with pytest.raises(InvalidArgumentError, match=f"rack: {' and '.join(wrong)} look exchanged"):
+        Grid.from_corners("rack", rows, columns, *(corners[index] for index in order))
+
+
+def test_a_mirrored_grid_is_refused_with_the_one_that_has_its_places() -> None:
+    mirrored = Grid(Frame("rack", Pose(0.3, 0.1, 0.02)), 8, 12, -0.009, 0.009)
+    with pytest.raises(InvalidArgumentError, match=r"row_pitch -0\.009 m, column_pitch 0\.009 m"):
+        Grid.from_corners("rack", 8, 12, *corners_of(mirrored))
 
 
 @pytest.mark.parametrize(

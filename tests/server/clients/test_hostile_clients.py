@@ -12,6 +12,7 @@ import re
 import socket
 import struct
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout, suppress
@@ -35,6 +36,7 @@ from bioscara.errors import (
 )
 from bioscara.robot import Robot
 from bioscara.server.clients import api_server, connection
+from bioscara.server.clients.client import Later
 from bioscara.server.serve import Served
 from bioscara.web.access.certificates import self_signed
 from bioscara.web.access.tokens import default_path, load_tokens
@@ -383,6 +385,30 @@ def test_requests_in_work_are_limited_and_a_stop_never_waits(served: Served) -> 
         assert 0 < len(refused) < 200
         assert {each.failure.error for each in refused} == {"BusyOwnerError"}
         eventually(lambda: not served.robot.is_moving)
+
+
+@pytest.mark.parametrize("command", [m.GetParameters(), m.GetTrajectories(1), m.GetWorkspace()])
+def test_whatever_is_answered_later_is_limited(
+    command: m.AnyCommand, served: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go_on = threading.Event()
+    later = Later(go_on.wait, lambda _: m.Done())
+    handlers = {**served.owner._handlers, type(command): lambda *_: later}
+    monkeypatch.setattr(served.owner, "_handlers", handlers)
+    with RawClient("asker") as client:
+        numbers = [client.begin(command) for _ in range(connection.PENDING + 10)]
+        # Answered at once, and after all that came before.
+        client.request(m.GetLease())
+        early = set(client._answers)
+        go_on.set()
+        assert early == set(numbers[connection.PENDING :])
+        for number in numbers:
+            answer = client.answer(number)
+            if number in early:
+                assert isinstance(answer, m.RequestFailed)
+                assert answer.failure.error == "BusyOwnerError"
+            else:
+                assert isinstance(answer, m.Response)
 
 
 def test_yesterdays_epoch_commands_nothing(served: Served) -> None:

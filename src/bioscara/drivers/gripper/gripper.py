@@ -45,9 +45,9 @@ class Gripper:
         state_file: File of the last width, so that enabling does not move the jaws.
     """
 
-    def __init__(self, pwm: Pwm, parameters: GripperParameters, state_file: Path) -> None:
+    def __init__(self, pwm: Pwm, parameters: GripperParameters, state_file: Path | str) -> None:
         self.parameters = parameters
-        self._pwm, self._file = pwm, state_file
+        self._pwm, self._file = pwm, Path(state_file)
         self._enabled = False
         # A width may be stored in a thread of its own, as the cycles do not wait for the disk.
         self._saving = threading.Lock()

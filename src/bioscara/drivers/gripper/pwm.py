@@ -23,6 +23,8 @@ _REMEDIES = {
     errno.EBUSY: _IN_USE,
     errno.ENOENT: "the channel was taken away: enable() the gripper again",
 }
+_WRITTEN = ("period", "duty_cycle", "enable")
+"""Files of a channel that are written."""
 _APPEARS_WITHIN = 2.0
 """Timeout of the channel's folder and permissions [s]; they appear some 100 ms after the export."""
 _POLL = 0.01
@@ -43,8 +45,10 @@ class Pwm:
         root: The kernel's folder.
     """
 
-    def __init__(self, outputs: Sequence[PwmOutput], clock: Clock, root: Path = SYSFS) -> None:
-        self._outputs, self._clock, self._root = tuple(outputs), clock, root
+    def __init__(
+        self, outputs: Sequence[PwmOutput], clock: Clock, root: Path | str = SYSFS
+    ) -> None:
+        self._outputs, self._clock, self._root = tuple(outputs), clock, Path(root)
         self._channel: Path | None = None
 
     def pulse(self) -> float | None:
@@ -134,12 +138,15 @@ class Pwm:
                 # Another process requested it just now and may grant access to it.
                 absent = _IN_USE
         deadline = self._clock.now() + _APPEARS_WITHIN
-        while not os.access(folder / "enable", os.W_OK):
+        # udev grants the rights of one file after the other.
+        while closed := [name for name in _WRITTEN if not os.access(folder / name, os.W_OK)]:
             now = self._clock.now()
             if now >= deadline:
-                problem = "cannot be written" if folder.is_dir() else "did not appear"
-                remedy = _RIGHTS if folder.is_dir() else absent
-                raise GripperError(f"{folder} {problem} within {_APPEARS_WITHIN:g} s; {remedy}")
+                late = f"within {_APPEARS_WITHIN:g} s"
+                if folder.is_dir():
+                    path = folder / closed[0]
+                    raise GripperError(f"{path} cannot be written {late}; {_RIGHTS}")
+                raise GripperError(f"{folder} did not appear {late}; {absent}")
             self._clock.sleep_until(now + _POLL)
         return folder
 

@@ -21,16 +21,17 @@ class BusLine:
         since: When the first of them had failed [s].
         first: Address of the first of them.
         addresses: Addresses of all of them.
-        error: Error of the last one; None if there was none.
+        stuck: Transactions and re-opened adapters that the bus counted, if it reported for the last
+            one that a line is held low; else None.
     """
 
-    __slots__ = ("addresses", "error", "first", "in_a_row", "since")
+    __slots__ = ("addresses", "first", "in_a_row", "since", "stuck")
 
     def __init__(self) -> None:
         self.in_a_row = self.first = 0
         self.since = math.nan
         self.addresses: set[int] = set()
-        self.error: CommunicationError | None = None
+        self.stuck: tuple[int, int] | None = None
 
     def failed(self, address: int, error: CommunicationError, time: float) -> None:
         """Count a failed transaction, or note that the bus carried it to its end all the same.
@@ -48,7 +49,10 @@ class BusLine:
             self.addresses.clear()
         self.in_a_row += 1
         self.addresses.add(address)
-        self.error = error
+        # Not the error: by its traceback it would keep the bus alive, to which this belongs.
+        self.stuck = None
+        if isinstance(error, BusStuckError):
+            self.stuck = error.transactions, error.reopened
 
 
 _lines: WeakKeyDictionary[Bus, BusLine] = WeakKeyDictionary()

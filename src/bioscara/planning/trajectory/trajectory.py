@@ -106,6 +106,38 @@ class Trajectory:
         """
         return self._coefficients
 
+    def completed(self, joint_names: Sequence[str], elsewhere: Sequence[float]) -> Trajectory:
+        """Return this motion as one of all joints, of which the others hold.
+
+        Args:
+            joint_names: All joints, in the order of the result; those of this trajectory among
+                them.
+            elsewhere: For each the position at which it holds if it is another [rad or m].
+        """
+        if self.joint_names == tuple(joint_names):
+            return self
+        columns = [joint_names.index(name) for name in self.joint_names]
+
+        def wide(values: Array | None) -> Array | None:
+            if values is None:
+                return None
+            made = np.zeros((len(values), len(joint_names), *values.shape[2:]))
+            made[:, columns] = values
+            return made
+
+        positions = np.tile(np.asarray(elsewhere, dtype=np.float64), (len(self._starts), 1))
+        positions[:, columns] = self.positions
+        # A planner may have known the cubics better than the points determine them.
+        known = self.velocities is not None and self.accelerations is None
+        return Trajectory(
+            joint_names,
+            self.times,
+            positions,
+            wide(self.velocities),
+            wide(self.accelerations),
+            cubics=wide(self._coefficients[..., 2:4]) if known else None,
+        )
+
     def sample(self, time: float) -> Sample:
         """Return the state at ``time`` [s].
 

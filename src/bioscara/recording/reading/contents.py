@@ -6,9 +6,11 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from bioscara.errors import RecordingError
 from bioscara.recording.content import METADATA
 from bioscara.recording.reading.scan import FileScan, StoredMessage, read_all
 from bioscara.robot.connection.evidence_folder import METADATA as FLIGHT_RECORD
+from bioscara.rosbag.recording_file import is_being_written
 
 _SECOND = 1e9
 
@@ -33,6 +35,8 @@ class Contents:
         self._path = path
         self.counts: Counter[str] = Counter()
         self.begin = self.end = 0
+        # Asked for before it is read: it may be finished meanwhile.
+        self._written = _written(path)
         self.scan: FileScan = read_all(path, self._count)
 
     def _count(self, message: StoredMessage) -> None:
@@ -61,7 +65,7 @@ class Contents:
             lines += [f"{name}: {text}" for name, text in flight.items() if name != "software"]
         if self.begin:
             lines.append(f"from {_moment(self.begin)} to {_moment(self.end)}")
-        lines.append("complete" if scan.complete else _incomplete(self._path, size - scan.size))
+        lines.append(self._state(size - scan.size))
         lines += [f"damaged: {what}" for what in scan.damage]
         span = max(self.duration, 1e-9)
         lines += [
@@ -71,11 +75,21 @@ class Contents:
         lines += [f"attachment {each.name}: {len(each.data)} bytes" for each in scan.attachments]
         return lines
 
+    def _state(self, lost: int) -> str:
+        if self.scan.complete:
+            return "complete"
+        if self._written:
+            return "being written: the rest follows"
+        end = f", and {lost} bytes of an incomplete record follow" if lost else ""
+        return f"never finished{end}: 'bioscara record recover {self._path}' completes it"
+
 
 def _moment(nanoseconds: int) -> str:
     return time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(nanoseconds // 10**9))
 
 
-def _incomplete(path: Path, lost: int) -> str:
-    end = f", and {lost} bytes of an incomplete record follow" if lost else ""
-    return f"never finished{end}: 'bioscara record recover {path}' completes it"
+def _written(path: Path) -> bool:
+    try:
+        return is_being_written(path)
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error

@@ -11,16 +11,11 @@ from typing import BinaryIO, NamedTuple
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Footer, Statistics
-from mcap.writer import MCAP0_MAGIC
+from mcap.records import Statistics
 
 from bioscara.errors import RecordingError
+from bioscara.recording.reading.index import index_records
 
-_RECORD = struct.Struct("<BQ")
-_END = _RECORD.size + 20 + len(MCAP0_MAGIC)
-"""Size of the last record of a finished file, with the bytes after it [byte]."""
-_INDEX_MAX = 32 << 20
-"""Largest index that is read [byte]."""
 _SECOND = 1e-9
 
 
@@ -67,28 +62,11 @@ def extent_of(path: Path) -> Extent:
 
 def _statistics(file: BinaryIO, size: int) -> Statistics | None:
     """Return the statistics of a finished file; None for another one."""
-    if size < _END:
-        return None
-    file.seek(size - _END)
-    last = file.read(_END)
-    opcode, length = _RECORD.unpack_from(last)
-    if opcode != Opcode.FOOTER or length != 20 or not last.endswith(MCAP0_MAGIC):
-        return None
-    begin = Footer.read(ReadDataStream(BytesIO(last[_RECORD.size :]))).summary_start
-    if not 0 < begin <= size - _END or size - begin > _INDEX_MAX:
-        return None
-    file.seek(begin)
-    index = file.read(size - _END - begin)
-    offset = 0
-    while offset + _RECORD.size <= len(index):
-        opcode, length = _RECORD.unpack_from(index, offset)
-        offset += _RECORD.size
+    for _, opcode, content in index_records(file, size):
         if opcode == Opcode.STATISTICS:
-            content = BytesIO(index[offset : offset + length])
             try:
-                found: Statistics = Statistics.read(ReadDataStream(content))
+                found: Statistics = Statistics.read(ReadDataStream(BytesIO(content)))
                 return found
             except (McapError, struct.error, ValueError):
                 return None
-        offset += length
     return None

@@ -1,11 +1,13 @@
 """Reading of a recording from its begin to its end, also of one that was never finished.
 
-The index at the end of a file is not used: it is missing where the recorder was killed. A record
-counts if all of it is there, and a chunk if its checksum fits as well.
+A record counts if all of it is there, and a chunk if its checksum fits as well. After a damaged
+record reading goes on at the next one that the index at the end of the file names. That is missing
+where the recorder was killed: then it goes on at the next bytes that begin as a chunk does.
 """
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
@@ -22,11 +24,23 @@ from mcap.writer import MCAP0_MAGIC
 from zstandard import ZstdError
 
 from bioscara.errors import RecordingError
+from bioscara.recording.reading.index import index_records
 
 _RECORD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 _CHUNK_MAX = 256 << 20
 """Largest chunk, uncompressed, that is read [byte]: others write chunks of some MB."""
 _KNOWN = frozenset(Opcode)
+_PLACE = struct.Struct("<QQ")
+_INDEXES: dict[int, int] = {
+    Opcode.CHUNK_INDEX: 16,
+    Opcode.ATTACHMENT_INDEX: 0,
+    Opcode.METADATA_INDEX: 0,
+}
+"""Where a record of the index has the place and the length of the record that it names."""
+_CHUNK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4)", re.DOTALL)
+"""Begin of a chunk: length, times, size and checksum, then the name of its compression."""
+_CHUNK_HEAD = 64
+_BLOCK = 1 << 20
 _UNREADABLE = (
     McapError,
     CRCValidationError,
@@ -111,10 +125,12 @@ class _Reader:
         self, file: BinaryIO, size: int, scan: FileScan, topics: Collection[str] | None
     ) -> None:
         self._file, self._size, self._scan, self._topics = file, size, scan, topics
+        self._index: dict[int, int] | None = None
+        """Begin and end of the records that the index names; None while it was not needed."""
 
     def messages(self) -> Iterator[StoredMessage]:
         scan = self._scan
-        for opcode, payload in self._records():
+        for at, opcode, payload in self._records():
             try:
                 if opcode == Opcode.CHUNK:
                     yield from self._chunk(payload)
@@ -128,28 +144,100 @@ class _Reader:
             except _UNREADABLE as error:
                 name = Opcode(opcode).name.lower()
                 scan.damage.append(f"a {name} before byte {scan.size} cannot be read: {error}")
+                named = self._named().get(at, scan.size)
+                if named != scan.size or not self._begins_record(scan.size):
+                    self._resume(at, scan.size)
 
-    def _records(self) -> Iterator[tuple[int, bytes]]:
-        """Yield the complete records of the file."""
+    def _records(self) -> Iterator[tuple[int, int, bytes]]:
+        """Yield begin, opcode and content of each complete record of the file."""
         scan = self._scan
         while True:
+            at = scan.size
+            self._file.seek(at)
             head = self._file.read(_RECORD.size)
             if len(head) < _RECORD.size:
                 return
             opcode, length = _RECORD.unpack(head)
-            # No more is asked for than there is: a damaged length would be allocated at once.
-            payload = self._file.read(min(length, self._size))
-            if len(payload) < length:
-                # An incomplete last record, or no record at all.
+            if self._index is not None and at in self._index:
+                length = self._index[at] - at - _RECORD.size
+            end = at + _RECORD.size + length
+            # The file may grow meanwhile. No more is asked for than there is: a damaged length
+            # would be allocated at once.
+            payload = self._file.read(length) if length <= self._size else b""
+            if len(payload) < length or (opcode not in _KNOWN and not self._begins_record(end)):
+                # An incomplete last record, a damaged length, or no record at all.
+                if self._resume(at, end):
+                    scan.damage.append(f"the record at byte {at} has no usable length")
+                    continue
                 if opcode not in _KNOWN:
-                    scan.damage.append(f"there are no records from byte {scan.size} on")
+                    scan.damage.append(f"there are no records from byte {at} on")
                 return
-            scan.size += _RECORD.size + length
+            scan.size = end
             if opcode in _KNOWN:
-                yield opcode, payload
+                yield at, opcode, payload
+
+    def _begins_record(self, at: int) -> bool:
+        """Return whether a record that fits into the file may begin at a byte, or it ends there."""
+        self._file.seek(at)
+        head = self._file.read(_RECORD.size)
+        if len(head) < _RECORD.size:
+            return not head
+        opcode, length = _RECORD.unpack(head)
+        return opcode in _KNOWN and at + _RECORD.size + length <= self._size
+
+    def _resume(self, at: int, end: int) -> bool:
+        """Go on after the damaged record between two bytes; return False if there is no record.
+
+        The record is read once more if the index has another end of it.
+        """
+        index = self._named()
+        following = next((each for each in sorted(index) if each > at), None)
+        if index.get(at, end) != end:
+            following = at
+        elif not index:
+            following = self._next_chunk(at + 1)
+        if following is None:
+            return False
+        self._scan.size = following
+        return True
+
+    def _named(self) -> dict[int, int]:
+        """Return begin and end of the records that the index names, and of its first one."""
+        if self._index is None:
+            self._index, scan = {}, self._scan
+            for at, opcode, content in index_records(self._file, self._size):
+                if not self._index:
+                    self._index[at] = at + _RECORD.size + len(content)
+                try:
+                    if opcode in _INDEXES:
+                        begin, length = _PLACE.unpack_from(content, _INDEXES[opcode])
+                        if _RECORD.size <= length <= self._size - begin:
+                            self._index[begin] = begin + length
+                    elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
+                        # They are in the first chunk, too, which may be the damaged one.
+                        self._take(opcode, content)
+                except _UNREADABLE as error:
+                    scan.damage.append(f"the index cannot be read: {error}")
+        return self._index
+
+    def _next_chunk(self, begin: int) -> int | None:
+        """Return the first byte that may begin a chunk; None if there is none."""
+        self._file.seek(begin)
+        rest = b""
+        while block := self._file.read(_BLOCK):
+            rest += block
+            if (found := _CHUNK.search(rest)) is not None:
+                return begin + found.start()
+            kept = rest[-_CHUNK_HEAD:]
+            begin += len(rest) - len(kept)
+            rest = kept
+        return None
 
     def _chunk(self, payload: bytes) -> Iterator[StoredMessage]:
-        chunk = Chunk.read(ReadDataStream(BytesIO(payload)))
+        content = BytesIO(payload)
+        chunk = Chunk.read(ReadDataStream(content))
+        if content.tell() != len(payload):
+            raise ValueError("it is longer than its content")
         if chunk.uncompressed_size > _CHUNK_MAX:
             raise ValueError(f"it would have {chunk.uncompressed_size} bytes")
         stream, length = get_chunk_data_stream(chunk, validate_crc=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import msgspec
@@ -190,11 +190,11 @@ class OwnerRecorder:
                 data = text_message(_encode(item).decode())
                 self._add(_JSON_TOPICS[type(item)], data, self._stamp)
                 if isinstance(item, m.FaultList):
-                    self._ask_for_evidence(item)
+                    self._ask_for_evidence(item.faults)
 
-    def _ask_for_evidence(self, faults: m.FaultList) -> None:
+    def _ask_for_evidence(self, faults: Iterable[m.FaultValue]) -> None:
         """Ask for the flight records that are not attached yet."""
-        for fault in faults.faults:
+        for fault in faults:
             if fault.evidence is not None and fault.evidence not in self._evidence:
                 self._evidence.add(fault.evidence)
                 self._feed.ask(m.GetFlightRecord(fault.evidence))
@@ -230,6 +230,9 @@ class OwnerRecorder:
         stamp = self._time.stamp(event.time)
         self._add(Topic.EVENTS, text_message(_encode(event).decode()), stamp, stamp)
         self._add(Topic.LOG, event_message(event, self._feed.description.name, stamp), stamp, stamp)
+        # A program may have recovered before the list of faults was asked for.
+        if event.fault is not None and event.number > self._feed.welcome.last_event:
+            self._ask_for_evidence((event.fault,))
 
     def _next_file(self) -> RecordingFile:
         """Begin a file with the values that hold at its begin.

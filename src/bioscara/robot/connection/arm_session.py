@@ -61,7 +61,7 @@ class ArmSession:
         gripper: Gripper,
         *,
         rate: int | None,
-        evidence: Path,
+        evidence: Path | str,
     ) -> None:
         if not isinstance(evidence, str | Path):
             raise InvalidArgumentError(f"evidence is {shown(evidence)}; give the path of a folder")

@@ -21,6 +21,7 @@ from bioscara.robot.sequences.steps import (
     StepSequence,
     WaitStep,
 )
+from bioscara.robot.workspace.tools import FINGERS
 
 _LONG = 90
 _BEGIN = """\
@@ -32,6 +33,9 @@ _TABLE = """\
 if sys.argv[2:]:  # The file with the named poses, unless the arm's owner has them.
     robot.table = load_table(Path(sys.argv[2]), robot.table.fingers)
 """
+_ITS_TOOL = f"""\
+if robot.tool.name != "{FINGERS}":
+    raise SystemExit(f"the sequence is for tool {FINGERS}, the arm has {{robot.tool.name}}")"""
 _TAUGHT = '''\
 def taught(name: str) -> Pose:
     """Return the pose of the mounted tool at a named pose."""
@@ -44,12 +48,17 @@ def taught(name: str) -> Pose:
 '''
 
 
-def to_script(sequence: StepSequence) -> str:
+def to_script(sequence: StepSequence, first: int = 0, last: int | None = None) -> str:
     """Return a sequence as the text of a Python program.
 
     It homes the arm first, and uses the simulated one unless an argument names another.
+
+    Args:
+        sequence: The sequence.
+        first: Index of the step to begin with.
+        last: Index of the step to end before, where the arm rests; None for all.
     """
-    body = [*_body(sequence)]
+    body = [*_body(sequence, first, last)]
     text = "\n".join(body)
     known = ("Load(", "Motion.", "Pose(", "Prism.", "Waypoint(")
     names = [name[:-1] for name in known if name in text]
@@ -57,7 +66,7 @@ def to_script(sequence: StepSequence) -> str:
     helper = "taught(" in text
     if helper:
         names.append("Pose")
-    names += ["Robot", *(["load_table"] if table or sequence.tool != "fingers" else [])]
+    names += ["Robot", *(["load_table"] if table or sequence.tool != FINGERS else [])]
     imports = ["import sys"]
     if "sleep(" in text:
         imports.append("from time import sleep")
@@ -82,19 +91,21 @@ def _uses_table(step: Step) -> bool:
     return any(value is not None for value in values)
 
 
-def _body(sequence: StepSequence) -> Iterator[str]:
-    if sequence.tool != "fingers":
+def _body(sequence: StepSequence, first: int, last: int | None) -> Iterator[str]:
+    if sequence.tool != FINGERS:
         yield f"robot.tool = {_quoted(sequence.tool)}  # It must be mounted."
+    else:
+        yield _ITS_TOOL
     yield "robot.home()"
-    for first, run in sequence.runs():
+    for begin, run in sequence.runs(first, last):
         if len(run) == 1:
             yield _line(run[0])
             continue
         yield "robot.move_sequence(\n    ["
-        for step in run:
+        for index, step in enumerate(run, 1):
             assert isinstance(step, PathStep)  # noqa: S101  only these have blends
-            yield f"        {_waypoint(step)},"
-        yield f"    ]\n)  # Steps {first + 1} to {first + len(run)}."
+            yield f"        {_waypoint(step, rests=index == len(run))},"
+        yield f"    ]\n)  # Steps {begin + 1} to {begin + len(run)}."
 
 
 def _line(step: Step) -> str:
@@ -123,11 +134,11 @@ def _speed(step: MotionStep) -> str:
     return "" if step.speed == 1.0 else f", velocity_scaling={step.speed!r}"
 
 
-def _waypoint(step: PathStep) -> str:
+def _waypoint(step: PathStep, *, rests: bool) -> str:
     words = [_goal(step)]
     if isinstance(step, ArcStep):
         words += ["Motion.CIRC", f"via={_via(step)}"]
-    if step.blend:
+    if step.blend and not rests:
         words.append(f"blend={step.blend!r}")
     if step.speed != 1.0:
         words.append(f"speed={step.speed!r}")
@@ -162,4 +173,5 @@ def _load(box: LoadBox) -> str:
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text)
+    # JSON escapes a character above U+FFFF as two, which Python does not join.
+    return json.dumps(text) if text.isascii() else ascii(text)

@@ -19,6 +19,7 @@ The last line is part of the schema: a truncated file would often still be a sho
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 
 from bioscara.errors import ConfigurationError
@@ -69,10 +70,10 @@ def sequence_of_text(text: str, source: str) -> StepSequence:
     return StepSequence.checked(file.values, file.place)
 
 
-def is_sequence(path: Path) -> bool:
+def is_sequence(path: Path | str) -> bool:
     """Return whether a file has the top level of a sequence; False if it cannot be read."""
     try:
-        with path.open("rb") as file:
+        with Path(path).open("rb") as file:
             data = b"\n" + file.read(SIZE_MAX)
     except OSError:
         return False
@@ -85,21 +86,23 @@ def text_of_sequence(sequence: StepSequence) -> str:
     from ruamel.yaml import YAML  # noqa: PLC0415
 
     yaml = YAML(typ="safe", pure=True)
-    yaml.explicit_end, yaml.width, yaml.allow_unicode = True, 10_000, True
+    yaml.explicit_end, yaml.width = True, 10_000
+    # Of the unprintable characters, some would be read as the ends of lines.
+    yaml.allow_unicode = json.dumps(values := values_of(sequence), ensure_ascii=False).isprintable()
     yaml.representer.sort_base_mapping_type_on_output = False
     stream = io.StringIO()
-    yaml.dump(values_of(sequence), stream)
+    yaml.dump(values, stream)
     return _HEADING + stream.getvalue()
 
 
-def write_sequence(path: Path, sequence: StepSequence) -> None:
+def write_sequence(path: Path | str, sequence: StepSequence) -> None:
     """Write a sequence to a file atomically.
 
     Raises:
         ConfigurationError: The file cannot be written.
     """
     try:
-        with replacing(path) as partial:
+        with replacing(Path(path)) as partial:
             partial.write_text(text_of_sequence(sequence), encoding="utf-8")
     except OSError as error:
         raise ConfigurationError(

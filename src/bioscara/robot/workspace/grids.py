@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import permutations
 
 from bioscara.arguments import shown, whole
 from bioscara.errors import InvalidArgumentError
@@ -87,8 +88,8 @@ class Grid:
             column_end: At the last place of the first column, as H1.
 
         Raises:
-            InvalidArgumentError: Places coincide, rows and columns are not at a right angle, or
-                the grid is tilted.
+            InvalidArgumentError: Places coincide, rows and columns are not at a right angle, the
+                grid is tilted, or mirrored: it names the corners that look exchanged.
         """
         for what, count in (("rows", whole("rows", rows)), ("columns", whole("columns", columns))):
             if count < 2:
@@ -100,17 +101,24 @@ class Grid:
         first = require_near(f"{what}, first", first)
         corners = {"row_end": row_end, "column_end": column_end}
         direction, along, aside = level(what, first, corners)
+        width = math.hypot(row_end.x - first.x, row_end.y - first.y)
+        pitches = math.hypot(along, aside) / (rows - 1), width / (columns - 1)
+        if exchanged := _exchanged(first, row_end, column_end):
+            raise InvalidArgumentError(
+                f"{what}: {' and '.join(exchanged)} look exchanged, as seen from above rows follow "
+                "to the right of the first row; first is at A1, row_end at the end of its row, "
+                "column_end at the end of its column. A grid that is mirrored indeed is Grid(...) "
+                f"with row_pitch {-pitches[0]:.4g} m, column_pitch {pitches[1]:.4g} m"
+            )
         skew = math.atan2(abs(along), abs(aside))
         if skew > SKEW_MAX:
             raise InvalidArgumentError(
                 f"{what}: rows and columns are {math.degrees(skew):.2f} degrees off a right angle, "
                 f"which is more than {math.degrees(SKEW_MAX):g}; teach the corners again"
             )
-        width = math.hypot(row_end.x - first.x, row_end.y - first.y)
-        depth = math.copysign(math.hypot(along, aside), -aside)
         frame = Frame(name, Pose(first.x, first.y, first.z, direction))
         yaw = wrapped(first.yaw - direction)
-        return cls(frame, rows, columns, depth / (rows - 1), width / (columns - 1), yaw)
+        return cls(frame, rows, columns, *pitches, yaw)
 
     def pose(self, row: int, column: int, z: float = 0.0) -> Pose:
         """Return the pose in the base of a place.
@@ -161,6 +169,19 @@ class Grid:
                 f"{what} {index} is outside 0 .. {count - 1}; the first one is 0"
             )
         return index
+
+
+def _exchanged(*corners: Pose) -> list[str]:
+    """Return which of three corners to give in another order; none if no order makes a grid."""
+    for order in permutations(range(3)):
+        first, row_end, column_end = (corners[index] for index in order)
+        ax, ay = row_end.x - first.x, row_end.y - first.y
+        bx, by = column_end.x - first.x, column_end.y - first.y
+        left = ax * by - ay * bx
+        if math.atan2(abs(ax * bx + ay * by), -left) <= SKEW_MAX:
+            names = ("first", "row_end", "column_end")
+            return [name for index, name in enumerate(names) if order[index] != index]
+    return []
 
 
 def _named(row: int, column: int) -> str:

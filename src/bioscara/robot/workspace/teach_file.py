@@ -116,7 +116,7 @@ def changing(path: Path) -> Iterator[None]:
         os.close(folder)
 
 
-def save_table(path: Path, table: TeachTable) -> None:
+def save_table(path: Path | str, table: TeachTable) -> None:
     """Write a table to a file atomically: it then holds the whole table or its former content.
 
     Changes that others saved since the table was loaded are lost, unless both loading and saving
@@ -139,13 +139,13 @@ def save_table(path: Path, table: TeachTable) -> None:
             "keep them in two files"
         )
     try:
-        with replacing(path) as partial:
+        with replacing(Path(path)) as partial:
             partial.write_bytes(data)
     except OSError as error:
         raise _unkept(path, error) from error
 
 
-def _unkept(path: Path, error: OSError) -> ConfigurationError:
+def _unkept(path: Path | str, error: OSError) -> ConfigurationError:
     return ConfigurationError(
         f"{path}: the poses cannot be saved ({error.strerror or error}); name another file"
     )

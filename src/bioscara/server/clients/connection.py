@@ -45,33 +45,6 @@ _TURN = 2e-3
 """Time for which the requests of one client are carried out before other clients have a turn [s].
 """
 
-_LONG = (
-    m.Start
-    | m.AddPoints
-    | m.MakePlan
-    | m.SetParameters
-    | m.SimulateFault
-    | m.GetFlightRecord
-    | m.GetHistory
-    | m.GetJoints
-    | m.LoadController
-    | m.ConfigureController
-    | m.CleanupController
-    | m.UnloadController
-    | m.SwitchControllers
-    | m.SetHardwareState
-    | m.FollowGoal
-    | m.StreamTrajectory
-    | m.SendGripperGoal
-    | m.TriggerHoming
-    | m.CancelControllerGoal
-    | m.SetControllerScaling
-    | m.SetControllerParameters
-    | m.QueryController
-    | m.GetIntrospection
-)
-"""Commands that may take longer."""
-
 AnySample = m.StateSample | m.ControllersSample
 """The kinds of subscription."""
 
@@ -423,12 +396,11 @@ class Connection(asyncio.Protocol):
                 return
             session.answers[number] = None
         answer = self._answerer(session, number, keep=keep)
-        if len(self._finishing) >= PENDING and isinstance(command, _LONG):
-            text = f"{PENDING} requests of this client are in work; wait for their answers"
-            answer(m.RequestFailed(number, failure_of(BusyOwnerError(text))))
-            return
         try:
             result = self._owner.handle(self, command, request.epoch, len(self._connections))
+            if isinstance(result, Later) and len(self._finishing) >= PENDING:
+                text = f"{PENDING} requests of this client are in work; wait for their answers"
+                raise BusyOwnerError(text)
         except Exception as error:  # noqa: BLE001  answered to the client
             answer(self._refusal(number, error))
             return

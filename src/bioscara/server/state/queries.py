@@ -9,7 +9,7 @@ from bioscara.api.values import fault_value, scene_value, trajectory_value
 from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
-from bioscara.printing import printable
+from bioscara.printing import encodable, printable
 from bioscara.robot.arm import Arm
 from bioscara.server.controllers.loadable_controllers import CLIENT_TYPES
 from bioscara.server.tasks.goals import ClientGoal
@@ -123,7 +123,8 @@ def flight_records(folder: Path) -> dict[str, Path]:
     if not folder.is_dir():
         return {}
     files = [path for path in folder.iterdir() if path.suffix == ".mcap" and path.is_file()]
-    return {path.name: path for path in sorted(files, key=lambda path: path.stat().st_mtime)}
+    files.sort(key=lambda path: path.stat().st_mtime)
+    return {encodable(path.name): path for path in files}
 
 
 def flight_record(folder: Path, name: str) -> m.FlightRecordFile:

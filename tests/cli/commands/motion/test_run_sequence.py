@@ -86,7 +86,11 @@ def test_a_trajectory_has_a_dry_run_too(
     Path("a.csv").write_text("time,j1_position,j1_velocity\n0,0.1,0\n2,0.2,0\n")
     assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
     # With the duration of the averaged motion, where the other joints stand as homed.
-    assert capsys.readouterr().out == "trajectory: a.csv, 2.23 s\n"
+    assert capsys.readouterr().out == (
+        "trajectory: a.csv, 2.23 s\n"
+        "note: held, as not in the trajectory: j2 at +0.3380 m, j3 at +2.6267 rad, "
+        "j4 at +3.0107 rad\n"
+    )
 
 
 def test_a_joint_that_the_arm_does_not_have_is_named(

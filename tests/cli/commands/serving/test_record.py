@@ -57,6 +57,21 @@ def test_wrong_usage_is_refused(
     assert complaint in capsys.readouterr().err
 
 
+def test_a_file_that_is_being_written_is_not_called_unfinished(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = RecordingFile(tmp_path / "left.mcap")
+    file.add(Topic.EVENTS, text_message('{"number": 1, "text": "a"}'), 1)
+    file.flush()
+    for word in ("being written", "complete"):
+        assert main(["record", "info", str(file.path)]) == 0
+        said = capsys.readouterr().out
+        assert f"\n{word}" in said
+        assert "recover" not in said
+        if word == "being written":
+            file.finish()
+
+
 def test_a_file_is_described_completed_and_exported(
     unfinished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

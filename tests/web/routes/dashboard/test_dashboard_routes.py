@@ -160,10 +160,13 @@ def test_recordings_are_listed_downloaded_and_sampled(tmp_path: Path) -> None:
             owner = made.served.owner  # type: ignore[union-attr]
             begin = owner.sample.cycle
             wait_until(lambda: owner.sample.cycle > begin + 200, "some cycles are recorded")
+            with made.http(headers=made.bearer(Scope.VIEW)) as client:
+                (entry,) = client.get("/api/recordings").json()
+            assert (entry["complete"], entry["writing"]) == (False, True)
             (path,) = recorder.end()
         with made.http(headers=made.bearer(Scope.VIEW)) as client:
             (entry,) = client.get("/api/recordings").json()
-            assert (entry["name"], entry["complete"]) == (path.name, True)
+            assert (entry["name"], entry["complete"], entry["writing"]) == (path.name, True, False)
             answer = client.get(f"/api/recordings/{path.name}")
             assert answer.content == path.read_bytes()
             assert path.name in answer.headers["content-disposition"]

@@ -12,6 +12,7 @@ from bioscara import Frame, Joints, NamedPose, Pose, Robot, TeachTable, load_par
 from bioscara.api import messages as m
 from bioscara.dashboard.sequences import task_of
 from bioscara.robot.sequences.calls import calls
+from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
 from bioscara.robot.sequences.steps import StepSequence, sequence_of
 from bioscara.robot.workspace.workspace import Workspace
@@ -50,7 +51,9 @@ def test_a_sequence_is_read_written_and_made_a_script(left: Site) -> None:
         read = client.post("/api/sequences/read?name=a.yaml", content=text)
         assert sequence_of(result_of(read)) == made
         script = result_of(client.post("/api/sequences/script", json=values))["text"]
-        assert "robot.move_linear(Pose(0.5, 0.1, 0.25, 0.3))" in script
+        assert script == to_script(made)
+        part = client.post("/api/sequences/script?first=1&last=2", json=values)
+        assert result_of(part)["text"] == to_script(made, 1, 2)
         refused = client.post(
             "/api/sequences/read?name=a.yaml", content=text.replace("seconds: 0.5", "seconds: -1")
         )

@@ -5,6 +5,7 @@ A sequence of steps is carried out by :mod:`bioscara.cli.sequence`.
 
 from __future__ import annotations
 
+import math
 from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
@@ -56,7 +57,7 @@ from bioscara.report import (
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot
 from bioscara.robot.operations.motions.follow_trajectory import checked
-from bioscara.robot.planner import Planner
+from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.sequences.sequence_file import is_sequence
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.version import __version__
@@ -112,17 +113,49 @@ def run(options: Options) -> int:
             full_speed=options.full_speed,
         )
     if options.command == "run" and options.dry_run:
-        return _describe(job)
+        return _describe(job, parameters, options)
     return run_job(job, parameters, options)
 
 
-def _describe(job: Job) -> ExitStatus:
-    output = Output()
-    output.line(f"trajectory: {job.source}, {job.planned.duration:.2f} s")
-    for note in job.notes:
+def _describe(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus:
+    output, planned, notes = Output(), job.planned, job.notes
+    if options.arm is not None:
+        plan = _plan_for_owner(job, options)
+        planned, notes = plan.trajectory, tuple(dict.fromkeys(job.notes + plan.notes))
+    output.line(f"trajectory: {job.source}, {planned.duration:.2f} s")
+    for note in (*notes, *_held(job.trajectory, planned, parameters, options)):
         output.line(f"note: {note}")
     output.check()
     return ExitStatus.OK
+
+
+def _plan_for_owner(job: Job, options: Options) -> Plan:
+    """Return the plan in the workspace of a served arm, from where its other joints are."""
+    with Robot.connect(f"arm:{options.arm}") as robot:
+        workspace = robot.plan.workspace
+        if options.scene is not None:
+            workspace = workspace.with_scene(job.scene)
+        if options.full_speed:
+            workspace = workspace.with_reduced_speed(False)
+        joints, positions = robot.parameters.joints, robot.state.positions
+    here = [
+        _homed_at(joint) if math.isnan(position) else position
+        for joint, position in zip(joints, positions, strict=True)
+    ]
+    return checked(job.trajectory, Planner(workspace, lambda: here))
+
+
+def _held(
+    trajectory: Trajectory, planned: Trajectory, parameters: ArmParameters, options: Options
+) -> tuple[str, ...]:
+    """Return a note on the joints that a trajectory does not name, if there are any."""
+    angles = angle_unit(options)
+    places = [
+        f"{joint.name} at {angles.quantity(position, joint.unit)}"
+        for joint, position in zip(parameters.joints, planned.positions[0].tolist(), strict=True)
+        if joint.name not in trajectory.joint_names
+    ]
+    return (f"held, as not in the trajectory: {', '.join(places)}",) if places else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +166,7 @@ class Job:
         title: Name of the run.
         source: Origin of the trajectory, in words.
         trajectory: Trajectory to execute.
-        planned: The same as the arm follows it, slowed down and averaged.
+        planned: The same as the arm follows it, slowed down and averaged, of all joints.
         notes: Notes on the trajectory for the user.
         scene: Surroundings to keep clear of, also during the motion to the start.
     """
@@ -176,9 +209,9 @@ def prepare(
         trajectory, factor = stretch(trajectory, parameters.joints)
         if factor > 1.0:
             notes += (f"stretched in time by {factor:.4f} to fit the limits",)
+    homed = [_homed_at(joint) for joint in parameters.joints]
     planner = Planner(
-        Workspace.of(parameters, reduced_speed=not full_speed).with_scene(scene),
-        lambda: [_homed_at(joint) for joint in parameters.joints],
+        Workspace.of(parameters, reduced_speed=not full_speed).with_scene(scene), lambda: homed
     )
     # Positions of joints that it does not name are known only after homing: then everything is
     # planned again.
@@ -190,7 +223,8 @@ def prepare(
             raise
         where = ", ".join(others)
         notes += (*check(trajectory, parameters.joints), f"with {where} as homed: {error}")
-        return Job(title, source, trajectory, trajectory, notes, scene)
+        planned = trajectory.completed(planner.joint_names, homed)
+        return Job(title, source, trajectory, planned, notes, scene)
     return Job(title, source, trajectory, plan.trajectory, notes + plan.notes, scene)
 
 
@@ -200,13 +234,13 @@ def _homed_at(joint: JointParameters) -> float:
 
 
 class _Result(NamedTuple):
-    """Result of a motion; the fields are those of :class:`RunSummary`."""
+    """Result of a motion: fields of :class:`RunSummary`, and what the arm was to follow."""
 
     outcome: Outcome
     message: str
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
-    planned_duration: float
+    planned: Trajectory
 
 
 def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus:
@@ -262,8 +296,13 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
                 JointInfo(joint.name, joint.address, joint.unit, firmware)
                 for joint, firmware in zip(robot.parameters.joints, robot.firmware, strict=True)
             ),
-            planned_duration=result.planned_duration,
-            notes=(*overlay_notes(options, parameters), *job.notes, *result.warnings),
+            planned_duration=result.planned.duration,
+            notes=(
+                *overlay_notes(options, parameters),
+                *job.notes,
+                *_held(job.trajectory, result.planned, parameters, options),
+                *result.warnings,
+            ),
             faults=result.faults,
         )
     return _finish(summary, history, folder, observer.problem, output)
@@ -313,7 +352,7 @@ def _move(
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]
     warnings = tuple(progress.warnings)
-    return _Result(outcome, message, (*faults, *problems), warnings, planned.duration)
+    return _Result(outcome, message, (*faults, *problems), warnings, planned)
 
 
 def _finish(

@@ -18,24 +18,34 @@ const SHOWN = 1500;
  * @returns {HTMLButtonElement} The button; its property `python` is `code`, with the imports.
  */
 export function copyButton(code) {
+  return programButton(async () => withImports(code()));
+}
+
+/**
+ * Return a button that copies a Python program.
+ *
+ * @param {() => Promise<string>} program Returns the program as of now.
+ * @returns {HTMLButtonElement} The button; its property `python` is `program`.
+ */
+export function programButton(program) {
   const label = h("span", { text: text("python.copy") });
-  const whole = () => withImports(code());
   const made = h("button", {
     type: "button", class: "copy-python", title: text("python.title"), "aria-label": text("python.title"),
     on: { click: copy, pointerenter: tell, focus: tell },
   }, label);
 
-  function tell() {
-    made.title = `${text("python.title")}:\n${whole()}`;
+  async function tell() {
+    made.title = `${text("python.title")}:\n${await program().catch(String)}`;
   }
 
   async function copy() {
     let done = "python.copied";
     try {
-      await navigator.clipboard.writeText(whole());
+      await navigator.clipboard.writeText(await program());
     } catch {
-      // No permission, or no secure address: the code is in the tooltip.
+      // No permission, no secure address, or no program: the tooltip has the code, or the reason.
       done = "python.refused";
+      void tell();
     }
     setText(label, text(done));
     made.setAttribute("aria-label", text(done));
@@ -44,7 +54,7 @@ export function copyButton(code) {
       made.setAttribute("aria-label", text("python.title"));
     }, SHOWN);
   }
-  return Object.assign(made, { python: whole });
+  return Object.assign(made, { python: program });
 }
 
 /**

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-import msgspec
 from fastapi import FastAPI, Query, Request, Response
 
-from bioscara.api import messages as m
 from bioscara.dashboard.sequences import (
     BODY_MAX,
     DryRun,
@@ -20,6 +18,7 @@ from bioscara.dashboard.sequences import (
 )
 from bioscara.web.owner.facts import OwnerFacts
 from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.routes.dashboard.arm_now import arm_now
 from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, Viewer, body_of, decoded, judged, verdicts
 
@@ -27,13 +26,6 @@ _TIMEOUT = 30.0
 """Time in which a body has to arrive [s]."""
 _Index = Annotated[int, Query(ge=0)]
 _BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {"*/*": {}}}}
-
-
-class _Sample(msgspec.Struct):
-    """The part of a :class:`~bioscara.api.messages.StateSample` that is needed here."""
-
-    positions: tuple[float | None, ...]
-    pose: object
 
 
 def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> None:
@@ -55,20 +47,27 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
     async def read_file(request: Request, _: Viewer, name: str = "sequence.yaml") -> Response:
         return await answered(read, name, await body_of(request, BODY_MAX, _TIMEOUT))
 
-    def add_text(path: str, function: Callable[[object], SequenceText], summary: str) -> None:
-        @app.post(
-            f"/api/sequences/{path}",
-            response_class=Response,
-            summary=summary,
-            operation_id=f"sequence_{path}",
-            responses=verdicts(SequenceText),
-            openapi_extra=_BODY,
-        )
-        async def text(request: Request, _: Viewer) -> Response:
-            return await answered(function, await values_in(request))
+    @app.post(
+        "/api/sequences/write",
+        response_class=Response,
+        summary="Write a sequence, as JSON in the body, as YAML.",
+        responses=verdicts(SequenceText),
+        openapi_extra=_BODY,
+    )
+    async def write(request: Request, _: Viewer) -> Response:
+        return await answered(written, await values_in(request))
 
-    add_text("write", written, "Write a sequence, as JSON in the body, as YAML.")
-    add_text("script", scripted, "Write a sequence, as JSON in the body, as a Python program.")
+    @app.post(
+        "/api/sequences/script",
+        response_class=Response,
+        summary="Write a sequence, as JSON in the body, or steps of it, as a Python program.",
+        responses=verdicts(SequenceText),
+        openapi_extra=_BODY,
+    )
+    async def script(
+        request: Request, _: Viewer, first: _Index = 0, last: _Index | None = None
+    ) -> Response:
+        return await answered(scripted, await values_in(request), first, last)
 
     @app.post(
         "/api/sequences/plan",
@@ -81,11 +80,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         request: Request, _: Viewer, first: _Index = 0, last: _Index | None = None
     ) -> Response:
         values = await values_in(request)
-        # Asked for now, not a second ago: the table may just have been changed for this sequence.
-        workspace = msgspec.json.decode(await queries.ask(m.GetWorkspace()), type=m.WorkspaceState)
-        description = await facts.description()
-        sample = msgspec.json.decode(await queries.ask(m.GetState()), type=_Sample)
-        # Without a pose a joint is not homed, and its position is an assumption.
-        joints = () if sample.pose is None else sample.positions
-        parameters = description.parameters
+        workspace, joints = await arm_now(queries)
+        parameters = (await facts.description()).parameters
         return await answered(dry_run_of, values, parameters, workspace, joints, first, last)

@@ -6,6 +6,8 @@ from fastapi import FastAPI, Request, Response
 
 from bioscara.dashboard.trajectories import SIZE_MAX, CheckedTrajectory, checked_trajectory
 from bioscara.web.owner.facts import OwnerFacts
+from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.routes.dashboard.arm_now import arm_now
 from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, Viewer, body_of, judged, verdicts
 
@@ -13,13 +15,13 @@ _TIMEOUT = 30.0
 """Time in which a file has to arrive [s]."""
 
 
-def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
+def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> None:
     """Add the route."""
 
     @app.post(
         "/api/trajectories",
         response_class=Response,
-        summary="Read a trajectory file, in the body, and compare it with the limits of the arm.",
+        summary="Read a trajectory file, in the body, check its limits, and plan its motion.",
         responses=verdicts(CheckedTrajectory),
         openapi_extra={"requestBody": {"required": True, "content": {"*/*": {}}}},
     )
@@ -27,7 +29,9 @@ def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
         request: Request, _: Viewer, name: str = "trajectory.yaml", fit: bool = False
     ) -> Response:
         data = await body_of(request, SIZE_MAX, _TIMEOUT)
-        description = await facts.description()
-        parameters = description.parameters
-        content = await work.do(judged, checked_trajectory, name, data, parameters, fit=fit)
+        parameters = (await facts.description()).parameters
+        workspace, joints = await arm_now(queries)
+        content = await work.do(
+            judged, checked_trajectory, name, data, parameters, workspace, joints, fit=fit
+        )
         return Response(content, media_type=JSON)

@@ -16,7 +16,7 @@ const SAMPLES = 4000;
 const LISTED = 100;
 
 /**
- * @typedef {{name: string, size: number, begin: number | null, end: number | null, complete: boolean}} Entry
+ * @typedef {{name: string, size: number, begin: number | null, end: number | null, complete: boolean, writing: boolean}} Entry
  * @typedef {{begin: number, times: number[], joint_names: string[], positions: (number | null)[][], velocities: (number | null)[][], total: number}} Samples
  */
 
@@ -48,9 +48,9 @@ export class RecordingsCard {
 
   /** @param {Entry} entry */
   #row(entry) {
-    const { name, size, begin, end, complete } = entry;
+    const { name, size, begin, end, complete, writing } = entry;
     const when = begin === null ? "" : new Date(1000 * begin).toLocaleString([], { dateStyle: "medium", timeStyle: "medium" });
-    const facts = [when, begin !== null && end !== null ? duration(end - begin) : "", `${(size / 2 ** 20).toFixed(1)} MiB`, complete ? "" : text("files.incomplete")];
+    const facts = [when, begin !== null && end !== null ? duration(end - begin) : "", `${(size / 2 ** 20).toFixed(1)} MiB`, complete ? "" : text(writing ? "files.writing" : "files.incomplete")];
     const address = `api/recordings/${encodeURIComponent(name)}`;
     return h("li", {}, h("span", { class: "grow" }, h("strong", { text: name }), " ", h("span", { class: "dim", text: facts.filter(Boolean).join(" · ") })),
       h("span", { class: "row" },

@@ -29,6 +29,7 @@ const SIZE_MAX = 8 * 2 ** 20;
  * @property {string[]} notes Notes of the reader.
  * @property {{joint: string, velocity: number, velocity_limit: number, acceleration: number, acceleration_limit: number}[]} peaks Its extremes.
  * @property {string | null} problem Why the arm cannot follow it as it is.
+ * @property {TrajectoryValue | null} planned The motion that the arm makes of it.
  */
 
 /** The card. */
@@ -111,11 +112,13 @@ export class TrajectoryCard {
     this.checked = checked;
     this.#update();
     this.problem.hidden = !checked?.problem;
-    this.plots.show(checked ? rowsOf(checked.trajectory) : null);
+    this.plots.show(checked ? rowsOf(checked.planned ?? checked.trajectory) : null);
     if (!checked) return;
     const { points, stretched, problem, notes, peaks } = checked;
     const words = [text("files.read", { name: this.file?.name ?? "", points, time: duration(checked.duration) })];
     if (stretched > 1) words.push(text("files.stretched", { factor: number(stretched, 3) }));
+    const takes = checked.planned?.times.at(-1);
+    if (takes !== undefined) words.push(text("files.takes", { time: duration(takes) }));
     setText(this.status, words.join(" "));
     setText(this.problem, problem ?? "");
     this.notes.replaceChildren(...notes.map((note) => h("li", { text: note })));
@@ -156,7 +159,7 @@ export class TrajectoryCard {
     const { checked } = this;
     if (!checked) return;
     this.app.showPreview({
-      title: this.file?.name ?? text("files.trajectory"), trajectory: checked.trajectory, plan: null, time: 0, source: "files", notes: checked.notes,
+      title: this.file?.name ?? text("files.trajectory"), trajectory: checked.planned ?? checked.trajectory, plan: null, time: 0, source: "files", notes: checked.notes,
       execute: checked.problem ? null : () => this.follower.follow(checked.trajectory),
     });
   }

@@ -9,7 +9,7 @@ import { text } from "../texts.js";
 
 /** Kinds of events by the groups of the filter. @type {Record<string, string[]>} */
 const GROUPS = {
-  trouble: ["fault", "faults_cleared", "warning", "stop", "gap"],
+  trouble: ["fault", "acknowledged", "faults_cleared", "warning", "stop", "gap"],
   goals: ["goal_accepted", "goal_ended", "pause", "resume", "speed_override"],
   people: ["lease", "client", "report", "gateway"],
   settings: ["workspace", "parameters", "controllers", "owner", "simulation"],

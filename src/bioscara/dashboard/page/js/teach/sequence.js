@@ -1,5 +1,7 @@
 // The sequence that is edited: its steps, which one is chosen, undo, verdicts of planning, progress.
 
+import { judged, post } from "../http.js";
+
 /** A step as the file has it: `kind` and the values of that kind, in SI units. @typedef {{kind: string, [field: string]: any}} Step */
 /** @typedef {{title?: string, tool?: string, steps: Step[]}} SequenceValues */
 /** What planning or carrying out says of a step. @typedef {{state: "ok" | "refused" | "running" | "done" | "failed", text: string}} Mark */
@@ -49,6 +51,22 @@ export class SequenceModel {
   /** @returns {SequenceValues} The values that the server takes. */
   values() {
     return { ...(this.title ? { title: this.title } : {}), tool: this.tool, steps: this.steps };
+  }
+
+  /** @returns {Promise<string>} The sequence as the text of a file. */
+  async yaml() {
+    return (await judged(post("api/sequences/write", this.values()))).text;
+  }
+
+  /**
+   * Return the sequence, or some steps of it, as a Python program.
+   *
+   * @param {number} [first] Index of the first step.
+   * @param {number} [last] Index of the step to end before; all without it.
+   * @returns {Promise<string>} The program.
+   */
+  async python(first = 0, last = this.steps.length) {
+    return (await judged(post(`api/sequences/script?first=${first}&last=${last}`, this.values()))).text;
   }
 
   /**

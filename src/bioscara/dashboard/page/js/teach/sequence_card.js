@@ -10,13 +10,13 @@ import { pauseButtons } from "../control/pause_buttons.js";
 import { button, h, setText, setValues } from "../dom.js";
 import { duration } from "../format.js";
 import { judged, post, saveFile } from "../http.js";
-import { copyButton } from "../python.js";
+import { programButton } from "../python.js";
 import { action, card } from "../run/action.js";
 import { text } from "../texts.js";
 import { NAMES } from "./step_fields.js";
 import { SequenceRun } from "./sequence_run.js";
 import { stepList } from "./step_list.js";
-import { KINDS, newStep, stepCode } from "./step_words.js";
+import { KINDS, newStep } from "./step_words.js";
 
 /** Largest file that is sent [byte]: the server reads no larger one. */
 const FILE_MAX = 2 ** 20;
@@ -108,13 +108,12 @@ function files(app, model) {
     app.say(text("teach.loaded", { name: file.name, count: model.steps.length }));
   }
   const name = () => (model.title || "sequence").replace(/[^\p{L}\p{N}_-]+/gu, "_");
-  const save = (/** @type {string} */ path, /** @type {string} */ end) => app.attempt(async () => {
-    const { text: content } = await judged(post(`api/sequences/${path}`, model.values()));
-    saveFile(name() + end, content, "text/plain");
+  const save = (/** @type {() => Promise<string>} */ content, /** @type {string} */ end) => app.attempt(async () => {
+    saveFile(name() + end, await content(), "text/plain");
   });
   return h("div", { class: "row" }, input, button(text("teach.load_file"), () => input.click()),
-    button(text("teach.save_yaml"), () => save("write", ".yaml")), button(text("teach.save_python"), () => save("script", ".py")),
-    copyButton(() => model.steps.map(stepCode).join("\n")));
+    button(text("teach.save_yaml"), () => save(() => model.yaml(), ".yaml")), button(text("teach.save_python"), () => save(() => model.python(), ".py")),
+    programButton(() => model.python()));
 }
 
 /**
@@ -141,7 +140,7 @@ function buttons(app, model, run, say) {
     action(app, text("teach.run_all"), () => run.start(), { extra: none, attributes: { class: "primary" } }),
     action(app, text("teach.run_step"), () => run.start(model.chosen, model.chosen + 1), { extra: chosen }),
     action(app, text("teach.run_from"), () => run.start(model.chosen), { extra: chosen }),
-    copyButton(() => model.steps.map(stepCode).join("\n")));
+    programButton(() => model.python()));
   const update = () => {
     setValues(start, { hidden: run.running });
     setValues(stop, { hidden: !run.running });

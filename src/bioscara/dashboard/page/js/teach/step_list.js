@@ -4,10 +4,10 @@
 /** @import { SequenceModel } from "./sequence.js" */
 
 import { button, h, setText } from "../dom.js";
-import { copyButton } from "../python.js";
+import { programButton } from "../python.js";
 import { text } from "../texts.js";
 import { stepFields } from "./step_fields.js";
-import { stepCode, summary } from "./step_words.js";
+import { summary } from "./step_words.js";
 
 const TONES = { ok: "good", done: "good", running: "action", refused: "danger", failed: "danger" };
 
@@ -45,7 +45,7 @@ export function stepList(app, model) {
         small("↑", "teach.up", () => model.move(index, index - 1), index === 0),
         small("↓", "teach.down", () => model.move(index, index + 1), index === model.steps.length - 1),
         small("❐", "teach.duplicate", () => model.duplicate(index)), small("✕", "teach.remove", () => model.remove(index)),
-        copyButton(() => stepCode(model.steps[index]))));
+        programButton(() => model.python(index, index + 1))));
     const made = h("li", { "data-index": String(index), class: is ? "chosen" : null }, row, is ? stepFields(app, model, index) : null);
     handle.addEventListener("dragstart", (event) => {
       dragged = index;

@@ -1,9 +1,8 @@
-// A step in words, and as Python.
+// A step in words.
 
 /** @import { Step } from "./sequence.js" */
 
 import { degrees, duration, millimetres, number } from "../format.js";
-import { pythonNumber, pythonPose, pythonText } from "../python.js";
 import { text } from "../texts.js";
 
 /** Kinds of steps, in the order in which they are offered; their texts are `step.KIND`. */
@@ -39,47 +38,6 @@ function target(step) {
   const { x, y, z, yaw = 0 } = step.pose;
   const place = `${[x, y, z].map((value) => millimetres(value).replace(" mm", "")).join(" ")} mm ${degrees(yaw)}`;
   return step.frame ? text("teach.in_frame", { place, frame: step.frame }) : place;
-}
-
-/**
- * Return a step as Python.
- *
- * @param {Step} step The step.
- * @returns {string} A statement.
- */
-export function stepCode(step) {
-  const share = step.speed === undefined || step.speed === 1 ? "" : `, velocity_scaling=${pythonNumber(step.speed, 3)}`;
-  switch (step.kind) {
-    case "move_joints": return `robot.move_joints([${["j1", "j2", "j3", "j4"].map((joint) => pythonNumber(step.joints[joint])).join(", ")}]${share})`;
-    case "move_named": return `robot.move_named(${pythonText(step.name)}${share})`;
-    case "move_circular": return `robot.move_circular(${place(step.via, step.via_name, step.frame)}, ${place(step.pose, step.name, step.frame)}${share})`;
-    case "move_to":
-    case "move_linear": return `robot.${step.kind}(${place(step.pose, step.name, step.frame)}${share})`;
-    case "gripper_move": return `robot.gripper.move(${pythonNumber(step.width)})`;
-    case "gripper_open": return "robot.gripper.open()";
-    case "gripper_close": return "robot.gripper.close()";
-    case "grasp": return `robot.gripper.grasp(${load(step.load)})`;
-    case "release": return `robot.gripper.release(${step.opening === undefined ? "" : pythonNumber(step.opening)})`;
-    default: return `import time\n\ntime.sleep(${pythonNumber(step.seconds, 3)})`;
-  }
-}
-
-/**
- * @param {{x: number, y: number, z: number, yaw?: number} | undefined} pose
- * @param {string | undefined} name
- * @param {string | undefined} frame
- */
-function place(pose, name, frame) {
-  if (!pose) return `robot.kinematics.forward(robot.table.pose(${pythonText(name ?? "")}).joints)`;
-  const values = [pose.x, pose.y, pose.z, pose.yaw ?? 0];
-  return frame ? `robot.frame(${pythonText(frame)}).compose(${pythonPose(values)})` : pythonPose(values);
-}
-
-/** @param {any} box */
-function load(box) {
-  const corner = (/** @type {number[]} */ values) => `(${values.map((value) => pythonNumber(value)).join(", ")})`;
-  const touches = box.touches?.length ? `, touches=[${box.touches.map(pythonText).join(", ")}]` : "";
-  return `Load(${pythonText(box.name)}, Prism.between(${corner(box.lower)}, ${corner(box.upper)}), mass=${pythonNumber(box.mass ?? 0)}${touches})`;
 }
 
 /**
