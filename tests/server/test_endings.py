@@ -6,11 +6,12 @@ import os
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 
 import pytest
 
 from bioscara.errors import BusyError, LeaseError, NotInitializedError
-from bioscara.remote import RemoteRobot
+from bioscara.remote import RemoteRobot, remote_robot
 from processes import environment, wait_for_line
 from served import NAME, eventually
 from server.endings import PROGRAM, WAYS, Plant, Way, plant
@@ -75,6 +76,22 @@ def test_a_program_waits_for_the_lease_of_another_one(start: Start, arm: Plant) 
         robot.acquire_lease(timeout=20.0)
         robot.move_joints(robot.state.positions)
         assert arm.served.owner.lease.holder
+
+
+def test_who_waits_for_the_lease_does_not_get_it_by_a_stop(
+    start: Start, arm: Plant, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with RemoteRobot(NAME) as robot, RemoteRobot(NAME) as person:
+        moving(start)
+        # Between two attempts.
+        waits = SimpleNamespace(monotonic=time.monotonic, sleep=lambda _: person.stop())
+        monkeypatch.setattr(remote_robot, "time", waits)
+        with pytest.raises(
+            LeaseError, match="stopped while this program waited for the lease; acq"
+        ):
+            robot.acquire_lease(timeout=20.0)
+        assert not arm.served.owner.lease.holder
+        robot.acquire_lease()
 
 
 FINISHING = """
