@@ -2212,7 +2212,7 @@ MUTANTS = (
         "RemoteRobot.acquire_lease",
         "self._lease.stops != stops",
         "False",
-        ("tests/server/test_endings.py",),
+        ENDINGS,
     ),
     Mutant(
         "owner: poses of another program are not overwritten",

@@ -145,7 +145,8 @@ if os.fork() == 0:
         try:
             call()
         except BioscaraError as error:
-            print(type(error).__name__, os.getppid(), error, flush=True)
+            # In one piece: the parent writes a line at the same time.
+            print(f"{type(error).__name__} {error}\\n", end="", flush=True)
     with robot if sys.argv[1] == "with" else open("/dev/null"):
         pass
     print("child", flush=True)
@@ -154,7 +155,7 @@ if os.fork() == 0:
     sys.exit()
 if sys.argv[1] != "lives":
     os.wait()
-print("forked", motion.done, flush=True)
+print(f"forked {motion.done}\\n", end="", flush=True)
 time.sleep(60.0)
 """
 
