@@ -2222,6 +2222,20 @@ MUTANTS = (
         ("tests/server/test_bench_file.py",),
     ),
     Mutant(
+        "owner: a scene whose file is gone stays",
+        "scene_file",
+        "read_scene, save_scene, None,",
+        "read_scene, save_scene, Scene(),",
+        ("tests/server/test_bench_file.py",),
+    ),
+    Mutant(
+        "client: a stop gives the lease to nobody who waits for it",
+        "RemoteRobot.acquire_lease",
+        "self._lease.stops != stops",
+        "False",
+        ENDINGS,
+    ),
+    Mutant(
         "owner: poses of another program are not overwritten",
         "KeptFile.save",
         "there != known",

@@ -9,6 +9,9 @@ import sys
 def main() -> int:
     """Run one command and return its exit status."""
     words = sys.argv[1:]
+    if words[:2] == ["stop", "--arm"]:
+        # As with all other commands: who is in a hurry does not know that a word is enough.
+        del words[1]
     if words[:1] == ["stop"] and len(words) <= 2 and not words[-1].startswith("-"):
         from bioscara.stop import main as stop  # noqa: PLC0415  the others take 10 times as long
 

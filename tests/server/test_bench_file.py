@@ -165,6 +165,14 @@ def test_a_scene_of_a_file_is_declared_and_kept_in_it(arm: SimulatedArm, tmp_pat
         with pytest.raises(ConflictError, match="the file with the scene: the arm has its"):
             robot.scene = Scene()
         assert robot.scene.zones == SCENE.zones
+        # A file that is removed is no empty bench.
+        path.rename(tmp_path / "away.yaml")
+        with pytest.raises(ConfigurationError, match=r"scene\.yaml is gone; .*restore the file"):
+            robot.scene = other
+        assert robot.scene.zones == SCENE.zones
+        (tmp_path / "away.yaml").rename(path)
+        robot.scene = other
+        robot.scene = SCENE
     with client(arm, tmp_path, scene=path) as robot:
         assert (robot.scene.zones, unconfirmed()) == (SCENE.zones, ())
 

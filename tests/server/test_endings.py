@@ -6,11 +6,12 @@ import os
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 
 import pytest
 
 from bioscara.errors import BusyError, LeaseError, NotInitializedError
-from bioscara.remote import RemoteRobot
+from bioscara.remote import RemoteRobot, remote_robot
 from processes import environment, wait_for_line
 from served import NAME, eventually
 from server.endings import PROGRAM, WAYS, Plant, Way, plant
@@ -77,6 +78,22 @@ def test_a_program_waits_for_the_lease_of_another_one(start: Start, arm: Plant) 
         assert arm.served.owner.lease.holder
 
 
+def test_who_waits_for_the_lease_does_not_get_it_by_a_stop(
+    start: Start, arm: Plant, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with RemoteRobot(NAME) as robot, RemoteRobot(NAME) as person:
+        moving(start)
+        # Between two attempts.
+        waits = SimpleNamespace(monotonic=time.monotonic, sleep=lambda _: person.stop())
+        monkeypatch.setattr(remote_robot, "time", waits)
+        with pytest.raises(
+            LeaseError, match="stopped while this program waited for the lease; acq"
+        ):
+            robot.acquire_lease(timeout=20.0)
+        assert not arm.served.owner.lease.holder
+        robot.acquire_lease()
+
+
 FINISHING = """
 import sys
 from bioscara.api import messages as m
@@ -128,7 +145,8 @@ if os.fork() == 0:
         try:
             call()
         except BioscaraError as error:
-            print(type(error).__name__, os.getppid(), error, flush=True)
+            # In one piece: the parent writes a line at the same time.
+            print(f"{type(error).__name__} {error}\\n", end="", flush=True)
     with robot if sys.argv[1] == "with" else open("/dev/null"):
         pass
     print("child", flush=True)
@@ -137,7 +155,7 @@ if os.fork() == 0:
     sys.exit()
 if sys.argv[1] != "lives":
     os.wait()
-print("forked", motion.done, flush=True)
+print(f"forked {motion.done}\\n", end="", flush=True)
 time.sleep(60.0)
 """
 

@@ -6,7 +6,6 @@ import math
 import shlex
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -201,14 +200,16 @@ class NewWarnings:
     def __init__(self, robot: Robot, notes: Collection[str] = ()) -> None:
         self._robot = robot
         self._notes = notes
-        self._last = (robot.warnings or ("",))[-1]
+        self._known = robot.warnings
 
     def take(self) -> list[str]:
         """Return the warnings since the last call, oldest first, as sentences."""
-        warnings, last = self._robot.warnings, self._last
-        if not warnings or warnings[-1] is last:
-            return []
-        self._last = warnings[-1]
-        # The oldest are dropped over time, so their number is no indication.
-        new = [*takewhile(lambda text: text is not last, reversed(warnings))]
-        return [f"warning: {text}" for text in reversed(new) if text not in self._notes]
+        known, self._known = self._known, self._robot.warnings
+        # The oldest are dropped over time, so their number is no indication; and those of an owner
+        # are other objects each time.
+        kept = next(
+            count
+            for count in range(min(len(known), len(self._known)), -1, -1)
+            if known[len(known) - count :] == self._known[:count]
+        )
+        return [f"warning: {text}" for text in self._known[kept:] if text not in self._notes]

@@ -23,12 +23,16 @@ class LeaseKeeper:
 
     Args:
         link: The connection.
+
+    Attributes:
+        stops: Number of stops that this client has seen.
     """
 
     def __init__(self, link: OwnerLink) -> None:
         self._link = link
         self._epoch: int | None = None
         self._lost = ""
+        self.stops = 0
         self._ended = threading.Event()
         self._lock = threading.Lock()
 
@@ -102,6 +106,7 @@ class LeaseKeeper:
 
     def note(self, event: m.Event) -> None:
         """Take an event that concerns the lease."""
+        self.stops += event.what == "stop"
         lease, epoch = event.lease, self._epoch
         if lease is None or epoch is None:
             return

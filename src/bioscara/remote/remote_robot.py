@@ -218,11 +218,28 @@ class RemoteRobot:
 
         Raises:
             InvalidArgumentError: The time to wait is below zero or not a number.
-            LeaseError: Another program commands the arm, also after that time.
+            LeaseError: Another program commands the arm, also after that time; or the arm was
+                stopped in that time.
         """
         self._require_open()
         flag("force", force)
-        _retried(lambda: self._lease.acquire(force=force), LeaseError, _timeout(timeout))
+        stops = self._lease.stops
+
+        def stopped() -> bool:
+            return self._lease.stops != stops
+
+        def attempt() -> None:
+            if not stopped():
+                self._lease.acquire(force=force)
+            if stopped():
+                # The stop ended the lease that this program waited for: it would move the arm.
+                self._lease.release()
+                raise LeaseError(
+                    "the arm was stopped while this program waited for the lease; "
+                    "acquire_lease() once the arm is safe to move again"
+                )
+
+        _retried(attempt, LeaseError, _timeout(timeout), stopped)
 
     def release_lease(self) -> None:
         """Let other programs command the arm; the motions of this one are stopped."""
@@ -1044,14 +1061,26 @@ def _timeout(given: float) -> float:
     return timeout
 
 
-def _retried(attempt: Callable[[], object], refusal: type[BioscaraError], timeout: float) -> None:
-    """Try something until it is not refused any more, for a time [s]; raise the last refusal."""
+def _retried(
+    attempt: Callable[[], object],
+    refusal: type[BioscaraError],
+    timeout: float,
+    final: Callable[[], bool] = lambda: False,
+) -> None:
+    """Try something until it is not refused any more, for a time [s]; raise the last refusal.
+
+    Args:
+        attempt: What is tried.
+        refusal: Errors after which it is tried again.
+        timeout: The time.
+        final: Returns whether a refusal is the last one before that.
+    """
     end = time.monotonic() + timeout
     while True:
         try:
             attempt()
         except refusal:
-            if time.monotonic() >= end:
+            if time.monotonic() >= end or final():
                 raise
             time.sleep(_RETRY)
         else:

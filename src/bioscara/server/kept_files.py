@@ -25,7 +25,7 @@ class KeptFile(Generic[T]):
         path: The file, which need not exist; None if nothing is kept.
         load: Reads it.
         save: Writes it.
-        empty: The content that no file stands for.
+        empty: The content that no file stands for; None if a file that is gone is an error.
         loses: Returns whether the second content lacks something of the first one, which is then
             kept in a copy, FILE.bak.
     """
@@ -35,12 +35,12 @@ class KeptFile(Generic[T]):
         path: Path | None,
         load: Callable[[Path], T],
         save: Callable[[Path, T], None],
-        empty: T,
+        empty: T | None,
         loses: Callable[[T, T], object],
     ) -> None:
         self._path, self._load, self._save, self._empty = path, load, save, empty
         self._loses = loses
-        self._known = empty
+        self._known: T | None = empty
 
     def read(self) -> T | None:
         """Return the content; None if there is no file.
@@ -71,6 +71,10 @@ class KeptFile(Generic[T]):
             return None
         with changing(path):
             known, there = self._known, self.read() or self._empty
+            if there is None:
+                raise ConfigurationError(
+                    f"{path} is gone; the arm keeps what it has: restore the file"
+                )
             self._known = there
             if there != known:
                 return there
@@ -100,7 +104,8 @@ def scene_file(path: Path | None) -> KeptFile[Scene]:
     Args:
         path: The file; None if nothing is kept.
     """
-    return KeptFile(path, read_scene, save_scene, Scene(), lambda one, other: one != other)
+    # A bench without its file is not an empty one.
+    return KeptFile(path, read_scene, save_scene, None, lambda one, other: one != other)
 
 
 def _names(table: TeachTable) -> set[tuple[str, str]]:

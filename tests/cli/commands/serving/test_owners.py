@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from bioscara import Robot
+from bioscara.__main__ import main as program
 from bioscara.api import runtime
 from bioscara.cli import main
 from bioscara.errors import InvalidArgumentError
@@ -101,6 +102,18 @@ def test_commands_use_the_running_owner_and_say_so(
     assert len(re.findall(r"^j\d +0x1\d +protocol 2, firmware \S+ +\S.* yes$", out, re.M)) == 4
 
 
+def test_a_command_does_not_repeat_the_warnings_that_an_owner_had(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with serving(Robot.simulated(homed=True), ServeSettings("right", "sim", speed=50.0)) as served:
+        served.robot.unfold()
+        served.robot.move_joints([-1.0, 0.1, 1.0, 0.0])
+        assert served.robot.warnings
+        status, out, _ = said(capsys, "move", "--joints", "1", "0.3", "1", "0", "--arm", "right")
+        assert status == 0
+        assert "warning" not in out
+
+
 def test_the_owner_chooses_rate_and_firmware(
     arm: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -168,6 +181,14 @@ def test_stop_is_confirmed_and_names_what_it_could_not_stop(
     status, _, err = said(capsys, "stop", "lefd")
     assert status == 2
     assert "no owner of arm lefd runs; there are left" in err
+
+
+def test_stop_takes_the_name_as_the_other_commands_do(
+    arm: Served, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["bioscara", "stop", "--arm", "left"])
+    assert program() == 0
+    assert capsys.readouterr().out == "left was stopped\n"
 
 
 def test_a_user_pauses_and_resumes_while_a_program_commands(
