@@ -220,6 +220,8 @@ def test_a_killed_owner_has_kept_what_its_clients_set(
     wait_for_line(owner, "bench is served")
     with Robot.connect("arm:bench", timeout=10.0) as robot, pytest.raises(UnconfirmedError):
         robot.unfold()
+    assert main(["move", "--arm", "bench", "--name", "center"]) == 2
+    assert "'bioscara confirm'" in capsys.readouterr().err
     assert main(["status", "--arm", "bench"]) == 0
     assert main(["confirm", "--arm", "bench"]) == 0
     assert main(["confirm", "--arm", "bench"]) == 0

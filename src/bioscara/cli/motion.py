@@ -29,6 +29,7 @@ from bioscara.errors import (
     InvalidArgumentError,
     LeaseError,
     MotionCancelledError,
+    UnconfirmedError,
 )
 from bioscara.kinematics import Joints
 from bioscara.kinematics.pose import wrapped
@@ -151,7 +152,8 @@ def carry_out(
         keyboard: Its keys pause the motion and continue it; None for no keys.
 
     Raises:
-        InvalidArgumentError: The motion was refused before anything moved.
+        InvalidArgumentError, LeaseError, UnconfirmedError: The motion was refused before anything
+            moved.
     """
     units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
     angles = angle_unit(options)
@@ -168,7 +170,8 @@ def carry_out(
         complain(f"{error}; {left(options)}")
         return ExitStatus.INTERRUPTED
     except BioscaraError as error:
-        if isinstance(error, InvalidArgumentError) and not (progress and progress.begun):
+        refused = isinstance(error, InvalidArgumentError | LeaseError | UnconfirmedError)
+        if refused and not (progress and progress.begun):
             raise
         cause = robot.faults[0] if robot.faults else error
         complain(f"{cause}{remedy(robot)}; {left(options)}")

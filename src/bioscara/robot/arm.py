@@ -159,6 +159,7 @@ class Arm:
             author: Key of who pauses; by default the program that has the arm.
             name: Name of the author, for messages to people.
         """
+        self.session.maker.require()
         # One step of the interpreter, as the methods below: a signal handler may call it.
         self._pauses[author] = name
 

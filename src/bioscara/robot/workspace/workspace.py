@@ -216,7 +216,8 @@ class Workspace:
         )
         raise UnconfirmedError(
             f"{name}: {what} {'are' if len(words) > 1 else 'is'} from the owner's "
-            "last run; look whether that still holds, then confirm_scene(), or set another one"
+            "last run; look whether that still holds, then confirm_scene() or 'bioscara confirm', "
+            "or set another one"
             f"{detach}; until then the arm only jogs, at reduced speed",
             what,
         )

@@ -90,7 +90,10 @@ class Pauses:
             able_words = f"{joined(able)} can resume, or {taker}" if able else f"{taker} can resume"
             return f"{paused}; {able_words}"
         if not able:
-            return f"{paused}; only the holder of the lease, '{holder}', can resume"
+            return (
+                f"{paused}; only the holder of the lease, '{holder}', can resume; 'bioscara lease "
+                "--end' takes the lease from it, which ends its motion"
+            )
         return f"{paused}; {joined(able)} or the holder of the lease, '{holder}', can resume"
 
 
