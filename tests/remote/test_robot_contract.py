@@ -256,6 +256,9 @@ def test_homing_from_the_client_returns_at_its_end(kind: str, tmp_path: Path) ->
 
 
 def test_refusals_carry_their_class_text_and_data(robot: Any) -> None:
+    for call in (robot.move_to, robot.move_linear, lambda pose: robot.move_circular(pose, pose)):
+        with pytest.raises(InvalidArgumentError, match=r"give Pose\(x, y, z, yaw\)"):
+            call("center")
     here = robot.pose
     robot.scene = Scene((Box("rack", (here.x - 0.2, here.y - 0.2, 0.0), (here.x, here.y, 0.08)),))
     with pytest.raises(ZoneError) as zone:

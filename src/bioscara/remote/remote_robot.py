@@ -38,6 +38,7 @@ from bioscara.errors import (
     OwnerLostError,
 )
 from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.kinematics.pose import require_near, require_near_place
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
@@ -638,7 +639,7 @@ class RemoteRobot:
         """Move to a pose by the closest joint solution; as ``Robot.move_to``."""
         return self._move(
             m.MoveTo(
-                pose=pose,
+                pose=require_near("the goal", pose),
                 velocity_scaling=velocity_scaling,
                 acceleration_scaling=acceleration_scaling,
             ),
@@ -660,7 +661,7 @@ class RemoteRobot:
         """Move to a pose along a line; as ``Robot.move_linear``."""
         return self._move(
             m.MoveLinear(
-                pose=pose,
+                pose=require_near("the goal", pose),
                 velocity_scaling=velocity_scaling,
                 acceleration_scaling=acceleration_scaling,
             ),
@@ -711,8 +712,8 @@ class RemoteRobot:
         """Move to a pose along an arc through ``via``; as ``Robot.move_circular``."""
         return self._move(
             m.MoveCircular(
-                via=via,
-                pose=pose,
+                via=require_near_place("the via", via),
+                pose=require_near("the goal", pose),
                 velocity_scaling=velocity_scaling,
                 acceleration_scaling=acceleration_scaling,
             ),
