@@ -145,7 +145,7 @@ def test_the_arm_comes_to_rest_when_the_lease_of_a_vanished_client_lapses() -> N
             name=POSITION_JTC, type=section["kind"], parameters=section["parameters"]
         )
         with RawClient() as client:
-            epoch = client.acquire(time_to_live=0.5)
+            epoch = client.acquire(time_to_live=2.0)
             client.request(load, epoch)
             client.request(m.ConfigureController(POSITION_JTC), epoch)
             client.request(m.SwitchControllers(activate=(POSITION_JTC,)), epoch)
