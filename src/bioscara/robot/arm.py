@@ -14,7 +14,13 @@ from bioscara.arguments import flag, number, whole
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.loop.loop import CycleReport
 from bioscara.control.loop.realtime import realtime
-from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, NotHomedError
+from bioscara.errors import (
+    BioscaraError,
+    HardwareError,
+    InvalidArgumentError,
+    NotHomedError,
+    NotInitializedError,
+)
 from bioscara.kinematics import Joints
 from bioscara.planning.motions.elbow_side import ELBOW, bent
 from bioscara.planning.motions.jog_limitation import JogLimitation
@@ -502,11 +508,17 @@ class Arm:
             me = threading.current_thread()
             try:
                 self._take_turn()
-                return self.session.shutdown()
+                problems = self.session.shutdown()
+                # One without devices may have begun since the last cycle: its thread waits for it.
+                for operation in self._operations:
+                    operation.abandon(
+                        NotInitializedError(f"{operation.name}: the arm was shut down")
+                    )
+                return problems
             finally:
                 if self._stepper is me:
                     self._stepper = None
-                self._notify()
+                self._forget_ended()
 
     def close(self, error: BaseException | None) -> None:
         """Shut down despite interruptions, and close the bus.

@@ -24,6 +24,7 @@ from bioscara.errors import (
     LifecycleError,
     MotionCancelledError,
     MotionTimeoutError,
+    NotInitializedError,
     NotSupportedError,
     ZoneError,
 )
@@ -33,6 +34,7 @@ from bioscara.planning import Trajectory
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.operations.between_cycles import BetweenCycles, between_cycles
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
 from bioscara.robot.operations.motions.home import Home
 from bioscara.robot.operations.motions.jog import Jog
@@ -887,3 +889,28 @@ def test_a_lost_joint_fails_the_motion_with_the_error_of_the_joint(
         assert way.robot.faults[0].source == "j2"
         arm.set_power("j2", True)
         way.pass_time()
+
+
+def test_work_between_cycles_that_do_not_come_is_refused() -> None:
+    with Robot.simulated(homed=True) as robot:
+        robot.watch()
+        assert between_cycles(robot.arm, "a question", lambda: 3) == 3
+    with pytest.raises(NotInitializedError, match="the robot was closed"):
+        between_cycles(robot.arm, "a question", lambda: 3)
+
+
+def test_work_between_cycles_ends_with_the_shutdown(monkeypatch: pytest.MonkeyPatch) -> None:
+    question = BetweenCycles("a question", lambda _: 3, frozenset())
+    with Robot.simulated(homed=True) as robot:
+        shutdown = robot.arm.session.shutdown
+
+        def late() -> list[str]:
+            # Begun by another thread when no cycle comes any more.
+            thread = threading.Thread(target=robot.arm.begin, args=(question,))
+            thread.start()
+            thread.join()
+            return shutdown()
+
+        monkeypatch.setattr(robot.arm.session, "shutdown", late)
+    with pytest.raises(NotInitializedError, match="a question: the arm was shut down"):
+        question.result(1.0)

@@ -31,6 +31,10 @@ class BetweenCycles(Operation[T]):
         super().__init__(name)
         self._work = work
 
+    def prepare(self, arm: Arm) -> None:
+        """Refuse to wait for cycles that do not come: the arm must be connected."""
+        _ = arm.stack
+
     def cycles(self, arm: Arm) -> Cycles[T]:
         """Call the function, without a control cycle."""
         if self.devices:
