@@ -572,7 +572,7 @@ class UnconfirmedError(BioscaraError):
     """The surroundings are those of the owner's last run: a person has to look whether they hold.
 
     Attributes:
-        what: What is not confirmed, in words.
+        what: The parts that are not confirmed, in words.
     """
 
     code = -274

@@ -492,7 +492,7 @@ def _add_serve_command(commands: Parser) -> None:
     )
     _add_table(serve, "file with the poses, in which those that clients teach are saved")
     _add_scene(
-        serve, "file with the zones and the table, in which those that clients set are saved"
+        serve, "file with the zones and the table; a scene that a client sets is saved in it"
     )
     serve.add_argument("--json", action="store_true", help="write the log as JSON")
     serve.add_argument(

@@ -429,7 +429,7 @@ class Planner:
     ) -> Plan:
         """Check a trajectory; slow it down and average it where necessary.
 
-        The plan has all joints: those that the trajectory does not name hold.
+        The plan has all joints: a joint that is not in the trajectory holds its position.
 
         Args:
             trajectory: Trajectory of some or all joints.
