@@ -7,17 +7,19 @@ import inspect
 import itertools
 import math
 import os
+import queue
 import signal
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from bioscara.api import messages as m
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
     BioscaraError,
@@ -405,6 +407,29 @@ def test_every_record_comes_before_the_end(robot: Any, wait: bool) -> None:
     assert phases[-1] is Phase.SETTLING
     starts = [record.start for record in records]
     assert max(b - a for a, b in itertools.pairwise(starts)) < 0.025
+
+
+def test_records_that_arrive_as_a_wait_for_them_ends_are_passed_on() -> None:
+    records: list[Any] = []
+    goal = m.GoalValue(1, "home()", "one", "succeeded", 1.0)
+    operation: RemoteOperation[None] = RemoteOperation(
+        cast("Any", None), cast("Any", None), goal, records.append, observed=True
+    )
+
+    class Late(queue.SimpleQueue[Any]):
+        """The last record and the end arrive when the first wait has just timed out."""
+
+        def get(self, block: bool = True, timeout: float | None = None) -> Any:
+            if not operation._over.is_set():
+                operation.record(cast("Any", "the last one"))
+                operation.take(goal)
+                raise queue.Empty
+            return super().get(block, timeout)
+
+    operation._records = Late()
+    operation.observe()
+    assert operation.done
+    assert records == ["the last one"]
 
 
 @pytest.mark.parametrize("wait", [True, False])

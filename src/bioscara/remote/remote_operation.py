@@ -122,7 +122,8 @@ class RemoteOperation(Generic[T]):
                     break
                 on_cycle(record)
             except queue.Empty:
-                if self._over.is_set():
+                # The end may have come, with records before it, since the wait timed out.
+                if self._over.is_set() and self._records.empty():
                     break
             except BaseException as error:  # noqa: BLE001  the arm is brought to rest first
                 self.interrupt(error)

@@ -932,9 +932,9 @@ class RemoteRobot:
         )
         with self._registering:
             self._operations[operation.goal] = operation
-            early = self._early.pop(operation.goal, [])
-        for message in early:
-            self._deliver(operation, message)
+            # Within the lock: what the link's thread reads next comes after these.
+            for message in self._early.pop(operation.goal, []):
+                self._deliver(operation, message)
         return operation
 
     def _look_at_goals(self) -> None:
