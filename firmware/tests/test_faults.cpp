@@ -762,7 +762,7 @@ TEST(the_field_of_an_open_stage_runs_down_before_a_hold_current_closes_it) {
     CHECK(run.bench.field_speed() > 50.0);
     run.host.send(code, {value});
     bool closed = false;
-    while (run.bench.field_speed() > 0.3) {
+    while (run.bench.field_speed() > 0.1) {
       run.bench.tick();
       closed = closed || run.bench.stage_closed();
     }

@@ -59,6 +59,7 @@ void Joint::tick() {
   while (wire_.take(command)) execute(command);
   supervise();
   act();
+  motion_.driver().finish();
   publish();
   leave();
   hal_.feed_watchdog();
@@ -131,6 +132,10 @@ void Joint::supervise() {
   } else if (!motion_.driver().ready()) {
     motion_.driver().continue_setup();
   }
+  if (motion_.driver().take_jump() && powered_) {
+    checked_ = false;
+    harm(Fault::DRIVER, 0.0F);
+  }
   if (powered_ && !sequence()) {
     const Supervisor::Finding finding =
         supervisor_.check(motion_, error_, bad_samples_ == 0 ? encoder_.change() : 1);
@@ -138,17 +143,22 @@ void Joint::supervise() {
       cut(finding.fault, finding.data);
     } else if (finding.fault != Fault::NONE && state_ != JointState::STOPPING &&
                state_ != JointState::FAULTED) {
-      // A motor that lost its supply stalls before the driver is polled again.
-      const Supervisor::Finding cause = driver_fault(motion_.driver().read_gstat(), 0);
-      if (cause.fault != Fault::NONE) {
-        cut(cause.fault, cause.data);
-      } else {
-        stalled_ = finding.fault == Fault::STALL;
-        latch(finding.fault, finding.data);
-      }
+      harm(finding.fault, finding.data);
     }
   }
   watch_silence();
+}
+
+// Stops for this fault, or switches off for the driver's that caused it: a motor without supply
+// stalls before the driver is polled again.
+void Joint::harm(Fault fault, float data) {
+  const Supervisor::Finding cause = driver_fault(motion_.driver().read_gstat(), 0);
+  if (cause.fault != Fault::NONE) {
+    cut(cause.fault, cause.data);
+  } else {
+    stalled_ = fault == Fault::STALL;
+    latch(fault, data);
+  }
 }
 
 void Joint::watch_silence() {

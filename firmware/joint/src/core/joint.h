@@ -93,6 +93,7 @@ class Joint {
   // The driver's or the encoder's position has a new origin.
   void renamed();
   void hold();
+  void harm(Fault fault, float data);
   void latch(Fault fault, float data);
   void cut(Fault fault, float data);
   void apply_currents();
