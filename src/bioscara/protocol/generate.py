@@ -24,7 +24,14 @@ from bioscara.protocol.enums import (
     Register,
     ResetCause,
 )
-from bioscara.protocol.registers import MAGIC, PROTOCOL, REGISTERS, VELOCITY_STEP_RPM
+from bioscara.protocol.registers import (
+    BLOCK_SAMPLES,
+    CAPTURE_SAMPLES,
+    MAGIC,
+    PROTOCOL,
+    REGISTERS,
+    VELOCITY_STEP_RPM,
+)
 from bioscara.protocol.rows import Definition, Field
 
 _ENUMS: tuple[type[IntEnum] | type[IntFlag], ...] = (
@@ -70,6 +77,9 @@ _HEADER_END = f"""\
 constexpr uint16_t kMagic = 0x{MAGIC:04X};
 constexpr uint8_t kProtocolVersion = {PROTOCOL};
 constexpr float kVelocityStepRpm = {VELOCITY_STEP_RPM}F;
+constexpr uint16_t kCaptureSamples = {CAPTURE_SAMPLES};
+constexpr uint8_t kBlockSamples = {BLOCK_SAMPLES};
+constexpr uint8_t kCaptureBlockMost = {(CAPTURE_SAMPLES - 1) // BLOCK_SAMPLES};
 
 }}  // namespace bioscara
 """
