@@ -44,12 +44,14 @@ class Image:
         joint: Number of the joint that it is for.
         version: Major, minor and patch.
         content: The bytes to write to the start of the flash.
+        crc: CRC-32 of the content, as a joint that runs it reports.
     """
 
     name: str
     joint: int
     version: tuple[int, int, int]
     content: bytes
+    crc: int
 
     @classmethod
     def from_bytes(cls, name: str, content: bytes) -> Image:
@@ -99,7 +101,7 @@ class Image:
                 f"{name} is damaged: its CRC is {found:#010x} and should be {crc:#010x}; build it "
                 "or download it again"
             )
-        return cls(name, joint, (version[0], version[1], version[2]), content)
+        return cls(name, joint, (version[0], version[1], version[2]), content, crc)
 
     def require(self, joint: int) -> None:
         """Raise unless this is an image for ``joint`` and compatible with this bioscara.

@@ -414,8 +414,9 @@ REGISTERS: tuple[Definition, ...] = (
         Register.EXCEPTION,
         _R,
         "The last exception of the processor since power came up, which restarted the joint: "
-        "number of its vector, 0 for none; address of the instruction, 0 where the stack was "
-        "unusable; fault status (CFSR) of the Cortex-M4; starts since then, 1 for the present one.",
+        "number of its vector; address of the instruction, 0 where the stack was unusable; fault "
+        "status (CFSR) of the Cortex-M4; starts since then, 1 for the present one, 0 where there "
+        "was no exception.",
         read=(
             Field("vector", Kind.U8),
             Field("address", Kind.U32),

@@ -15,45 +15,47 @@ struct Frame {
 constexpr uint32_t kExceptionReturn = 0xFFFFFF00;
 constexpr uint32_t kVectorMask = 0x1FF;
 
-// Outlives a reset without loss of power.
+// Outlives a reset without loss of power. `resets` counts resets since the exception, its own
+// included; 0 where there was none.
 struct Kept {
-  uint32_t vector, address, status, starts, check;
+  uint32_t vector, address, status, resets, check;
 };
 __attribute__((section(".noinit"))) volatile Kept kept;
 constexpr uint32_t kMark = 0x42534558;
 
-// A stacking that failed has left a frame outside of memory.
-bool within_memory(uint32_t frame) {
-  return frame - stm32::kMemory <= stm32::kMemorySize - sizeof(Frame);
+// Whether the processor could stack its registers there.
+bool stacked(uint32_t frame, uint32_t status) {
+  return (status & stm32::Scb::STACKING_ERRORS) == 0 &&
+         frame - stm32::kMemory <= stm32::kMemorySize - sizeof(Frame);
 }
 
-uint32_t check() { return kMark ^ kept.vector ^ kept.address ^ kept.status ^ kept.starts; }
+uint32_t check() { return kMark ^ kept.vector ^ kept.address ^ kept.status ^ kept.resets; }
 
 void keep(uint32_t vector, uint32_t link, uint32_t frame) {
+  const uint32_t status = stm32::scb().CFSR;
   kept.vector = vector & kVectorMask;
   if (link < kExceptionReturn)
     kept.address = link & ~1U;  // Called by the program itself.
   else
-    kept.address = within_memory(frame) ? stm32::at<const volatile Frame>(frame).pc : 0;
-  kept.status = stm32::scb().CFSR;
-  kept.starts = 0;
+    kept.address = stacked(frame, status) ? stm32::at<const volatile Frame>(frame).pc : 0;
+  kept.status = status;
+  kept.resets = 1;
   kept.check = check();
 }
 
 }  // namespace
 
 void count_start(bool powered_up) {
-  if (powered_up || kept.check != check()) {
-    kept.vector = kept.address = kept.status = kept.starts = 0;
-  } else if (kept.starts < 0xFF) {
-    kept.starts = kept.starts + 1;
-  }
+  if (powered_up || kept.check != check())
+    kept.vector = kept.address = kept.status = kept.resets = 0;
+  else if (kept.resets != 0 && kept.resets < 0xFF)
+    kept.resets = kept.resets + 1;
   kept.check = check();
 }
 
 ExceptionRecord last() {
   return {static_cast<uint8_t>(kept.vector), kept.address, kept.status,
-          static_cast<uint8_t>(kept.vector == 0 ? 0 : kept.starts)};
+          static_cast<uint8_t>(kept.resets == 0 ? 0 : kept.resets - 1)};
 }
 
 }  // namespace bioscara::exceptions

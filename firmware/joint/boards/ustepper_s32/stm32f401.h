@@ -119,6 +119,8 @@ struct Scb {
   volatile uint8_t SHPR[12];
   Word SHCSR, CFSR, HFSR;
   static constexpr uint32_t VECTKEY = 0x05FAU << 16, SYSRESETREQ = bit(2);
+  // CFSR, of the memory protection and of the bus
+  static constexpr uint32_t STACKING_ERRORS = bit(4) | bit(12);
 };
 
 template <typename Peripheral>

@@ -10,13 +10,13 @@ namespace bioscara {
 
 // An exception of the processor that restarted the controller.
 struct ExceptionRecord {
-  // Number of its vector; 0 for none.
+  // Number of its vector.
   uint8_t vector = 0;
   // Of the instruction; 0 where the stack was unusable.
   uint32_t address = 0;
   // CFSR of the Cortex-M4.
   uint32_t status = 0;
-  // Starts since then; 1 for the present one.
+  // Starts since then; 1 for the present one, 0 where there was no exception.
   uint8_t starts = 0;
 };
 
