@@ -159,6 +159,18 @@ def prebuilt(joint: int) -> Path:
     )
 
 
+def known_images() -> dict[int, str]:
+    """Return the file names of the images that :func:`prebuilt` finds, by their CRC-32."""
+    names: dict[int, str] = {}
+    for joint in JOINTS:
+        try:
+            path = prebuilt(joint)
+            names[read_image(path).crc] = path.name
+        except ImageError:
+            continue
+    return names
+
+
 def dotted(version: tuple[int, ...]) -> str:
     """Return a version in dotted notation."""
     return ".".join(map(str, version))
