@@ -351,8 +351,7 @@ def test_all_joints_are_flashed_but_the_one_that_has_its_image(
 ) -> None:
     bus = arm()
     bus.has_image("j2", image(2))
-    for name in SERIALS:
-        bus.arm.set_motor_power(name, False)
+    bus.arm.set_motor_power(False)  # Supplied by USB.
     assert main(ALL) == 0
     out, err = capsys.readouterr()
     assert err == ""
