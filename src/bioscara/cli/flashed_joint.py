@@ -67,7 +67,7 @@ def first_installed(*programmers: AnyProgrammer) -> AnyProgrammer:
     )
 
 
-class Board:
+class BoardToFlash:
     """The board of a joint on a programmer.
 
     Args:

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.commands.setup.flash_all import flash_all
-from bioscara.cli.flashed_joint import Board, JointOnBus, describe, first_installed
+from bioscara.cli.flashed_joint import BoardToFlash, JointOnBus, describe, first_installed
 from bioscara.cli.opened_arm import open_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
@@ -41,7 +41,7 @@ def _flash_one(number: int, options: Options, output: Output) -> ExitStatus:
     image.require(number)
     output.line(describe(image))
     programmer = _programmer(swd=options.swd)
-    board = Board(programmer, f"j{number}", options.typed(), output.line)
+    board = BoardToFlash(programmer, f"j{number}", options.typed(), output.line)
     with ExitStack() as stack, raising_keyboard_interrupt():
         joint = None
         if options.bus is not None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.flashed_joint import Board, JointOnBus, describe, first_installed
+from bioscara.cli.flashed_joint import BoardToFlash, JointOnBus, describe, first_installed
 from bioscara.cli.opened_arm import open_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
@@ -117,7 +117,7 @@ def _flash(
     joint: JointOnBus, image: Image, programmer: Dfu, options: Options, output: Output
 ) -> ExitStatus:
     report = partial(_report, output, joint.name)
-    board = Board(programmer, joint.name, _alone(image.joint, options), report)
+    board = BoardToFlash(programmer, joint.name, _alone(image.joint, options), report)
     try:
         joint.start_bootloader(programmer)
         board.connect()
