@@ -261,6 +261,7 @@ def test_a_joint_that_did_not_restart_was_not_flashed(
 ) -> None:
     bus = arm("st-flash", "st-info", v1=v1)
     bus.tools.probe("1")
+    bus.has_image("j1", image(1))
     assert flash("--swd") == 1
     out, err = capsys.readouterr()
     assert "verified: the flash holds the image" in out
