@@ -568,7 +568,7 @@ def test_bus_errors_are_requested_only_from_firmware_that_counts_them() -> None:
     assert joint.hello is not None
     less = joint.hello.capabilities & ~Capability.BUS_ERRORS
     joint.session.hello = replace(joint.hello, capabilities=less)
-    with pytest.raises(NotSupportedError, match="does not count errors of the bus; flash"):
+    with pytest.raises(NotSupportedError, match="its firmware has no get_bus_errors; flash"):
         joint.get_bus_errors()
 
 
