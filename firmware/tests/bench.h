@@ -116,6 +116,8 @@ class Bench final : private bioscara::Hal {
   // The joint has gone to its bootloader.
   bool left() const { return left_; }
   void stop_clock(bool on) { clock_stopped_ = on; }
+  // No driver chip is there: what the controller reads on its data line instead.
+  void unplug_driver(std::optional<std::uint8_t> level) { unplugged_ = level; }
   bioscara::sim::Mechanics& mechanics() { return mechanics_; }
   bioscara::sim::Tmc5130Chip& driver() { return driver_; }
   bioscara::sim::Tle5012bChip& encoder() { return encoder_; }
@@ -129,7 +131,10 @@ class Bench final : private bioscara::Hal {
   }
   void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override {
     ++(interrupt_ ? interrupt_exchanges_ : exchanges_);
-    driver_.exchange(sent, received);
+    if (unplugged_)
+      std::fill_n(received, 5, *unplugged_);
+    else
+      driver_.exchange(sent, received);
     if (handler_ && (sent[0] & 0x80) != 0) std::exchange(handler_, nullptr)();
   }
   void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override {
@@ -167,6 +172,7 @@ class Bench final : private bioscara::Hal {
   bool early_ = true;
   std::uint16_t bus_errors_ = 0;
   bool clock_stopped_ = false;
+  std::optional<std::uint8_t> unplugged_;
   bool interrupt_ = false;
   long time_ = 0;
   double ramp_ = 0.0;

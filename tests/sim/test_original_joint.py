@@ -538,10 +538,10 @@ def test_a_current_of_zero_is_not_enabled_and_another_current_does_not_help(
 def test_a_motor_supply_that_was_lost_leaves_a_joint_that_enables_without_torque() -> None:
     joint = Original("j4")
     joint.enable()
-    joint.arm.set_motor_power(on=False)
+    joint.arm.set_supply(on=False)
     joint.arm.run(0.5)
     assert joint.flags() == NOTHOMED
-    joint.arm.set_motor_power(on=True)
+    joint.arm.set_supply(on=True)
     joint.arm.run(0.5)
     assert joint.write(Register.SETUP, 20, 20) == NOTHOMED
     assert not joint.arm.has_torque("j4")
@@ -560,11 +560,11 @@ def test_a_motor_supply_that_is_lost_while_it_homes_is_an_end_stop_to_it() -> No
     joint.write(Register.HOME, 1, 20, 30, 15)
     joint.arm.run(1.5)
     assert joint.flags() == NOTHOMED | BUSY
-    joint.arm.set_motor_power(on=False)
+    joint.arm.set_supply(on=False)
     joint.arm.run(0.5)
     assert joint.flags() == 0
     assert joint.number(Register.ANGLEMOVED) == pytest.approx(0.0, abs=1.5)
-    joint.arm.set_motor_power(on=True)
+    joint.arm.set_supply(on=True)
     joint.arm.run(0.5)
     joint.write(Register.SETUP, 20, 20)
     # So a wrong home moves nothing, and a start of the joint makes it forget that home.

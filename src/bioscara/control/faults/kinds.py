@@ -53,7 +53,7 @@ class FaultKind(Enum):
     HOMING_FAILED = (Stop.HOLD, "clear the joint's path to its end stop")
     JOINT_FAULT = (Stop.HOLD, "remove the cause that the joint names")
     OVERTEMPERATURE = (Stop.DISABLE, "let the joint's motor driver cool down")
-    POWER_LOST = (Stop.POWERLESS, "release the emergency stop or restore the motor supply")
+    POWER_LOST = (Stop.POWERLESS, "release the emergency stop or restore the supply")
     OVERRUN = (Stop.HOLD, "free the computer of other work, or lower the rate")
     LATE = (Stop.SLOW, "free the computer of other work, or lower the rate")
     CONTROLLER_FAILED = (Stop.HOLD, "read the cause; it is a defect of the controller")
