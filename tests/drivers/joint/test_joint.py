@@ -130,6 +130,7 @@ def test_home_sets_the_position_and_disable_removes_the_torque(
 def test_a_new_host_knows_the_position_without_homing(v1: bool) -> None:
     world = World(v1=v1)
     joint = world.ready("j4")[0]
+    world.arm.run(0.5)  # The belt unwinds.
     position = joint.get_position()
     other = world.joint(ARM.joints[3])
     other.init()
