@@ -90,9 +90,7 @@ def test_the_code_of_a_control_does_the_same(page: Page, left: Site) -> None:
     assert code == 'robot.simulate_fault("bus_stuck", "", 1.0)'
     left.robot.acquire_lease(force=True)
     exec(code, {"robot": left.robot})
-    wait_until(
-        lambda: "BUS_STUCK" in {fault.kind.name for fault in left.robot.faults}, "the fault"
-    )
+    wait_until(lambda: "BUS_STUCK" in {fault.kind.name for fault in left.robot.faults}, "the fault")
     left.robot.release_lease()
     command(page)
     recovered(page, left)

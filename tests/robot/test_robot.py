@@ -48,9 +48,7 @@ class Scene:
     """A robot, and the simulated arm behind it."""
 
     def __init__(self, evidence: Path, at: Sequence[float] | None = None, **options: bool) -> None:
-        self.arm, _, self.robot = simulated_robot(
-            evidence, homed=at is not None, at=at, **options
-        )
+        self.arm, _, self.robot = simulated_robot(evidence, homed=at is not None, at=at, **options)
 
     def speeds(self) -> list[float]:
         """Speeds once the belts have swung out."""

@@ -86,8 +86,8 @@ class Homing:
                 "the joint moves freely and reaches its end stop"
             )
             if self._joint.version == 1:
-                # Only where its controller is fed from elsewhere; with the supply back, it would take
-                # the place where it stands for its end stop.
+                # Possible if its controller is fed from elsewhere. With the supply back, it would
+                # take its place for the end stop.
                 text += (
                     ". If the motors had no supply, switch all joints off and on, and home them "
                     "again"

@@ -164,8 +164,8 @@ def indicates_power_loss(cause: BioscaraError) -> bool:
     if isinstance(cause, JointFaultError | HomingError):
         return cause.fault in _POWER
     if isinstance(cause, JointLostError):
-        # Without its supply the whole joint is off, and nothing acknowledges. Exchanges that do not end, or arrive corrupted, show
-        # that something is wrong with the bus.
+        # Without its supply the whole joint is off, and nothing acknowledges. Exchanges that do not
+        # end, or arrive corrupted, show that something is wrong with the bus.
         return isinstance(cause.reason, NoAcknowledgeError)
     # A version 1 joint latches no fault: it only reports that it is no longer enabled.
     return isinstance(cause, NotEnabledError)
