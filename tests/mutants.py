@@ -353,6 +353,27 @@ MUTANTS = (
         HAZARDS,
     ),
     Mutant(
+        "encoder's sign as in the original",
+        "Tle5012b::sample",
+        "angle_ - angle",
+        "angle - angle_",
+        HOST,
+    ),
+    Mutant(
+        "a direction that changes later is a fault",
+        "Joint::run_orientation",
+        "checked_ = directed_ = true;",
+        "checked_ = true;",
+        HOST,
+    ),
+    Mutant(
+        "settings written anew keep the motor's direction",
+        "Tmc5130::begin_setup",
+        "write(GCONF, gconf_);",
+        "write(GCONF, gconf_ = kGconf);",
+        HOST,
+    ),
+    Mutant(
         "orientation check before a motor is enabled",
         "Orientation::step",
         "fabsf(share - 1.0F) <= kTolerance",

@@ -490,7 +490,7 @@ TEST(HZ14_a_motor_that_runs_the_wrong_way_is_switched_off) {
     run.bench.run(0.5);
     CHECK(std::fabs(run.bench.rotor() - before) < 2.0);
     if (fault != Fault::RUNAWAY) continue;
-    // Enabled again it is checked first, with strokes.
+    // Enabled again it is checked first, with strokes; the direction was known before.
     run.host.clear_fault();
     run.host.wait_until_idle(1.0);
     run.host.send(Register::SETUP, {20, 20, 0, 0});

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import random
 
@@ -91,6 +92,23 @@ def test_setup_checks_the_orientation_and_homing_finds_the_end_stop(joint: int) 
     assert not board.machine.violations
     assert len(board.machine.resets) == 1
     assert stack_used(board) <= STACK_MOST
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_motor_plugged_in_either_way_moves_in_the_same_direction(
+    board: Board, turned: bool
+) -> None:
+    board.plant.reverse_coil(turned)
+    board.ready()
+    assert board.fault() is Fault.NONE
+    before, told = board.position(), board.read(Register.STATE)[0]
+    board.write(Register.MOVEANGLE, 60.0)
+    for _ in range(30):
+        board.write(Register.WATCHDOG, 60)
+        board.run(0.02)
+    assert board.read(Register.STATE)[0] - told == pytest.approx(60.0, abs=0.5)
+    assert board.position() - before == pytest.approx(math.radians(60.0) / 12, abs=2e-3)
+    assert not board.machine.violations
 
 
 def _follow(board: Board, seconds: float, start: float, rpm: float) -> float:

@@ -46,7 +46,7 @@ void Joint::boot() {
   wire_.boot();
   motion_.driver().setup();
   // After a power-up it takes some milliseconds: the tick asks again.
-  if (!encoder_.setup(configuration_.inverted)) starting_ = kEncoderStart;
+  if (!encoder_.setup()) starting_ = kEncoderStart;
   zero_counts_ = encoder_.counts();
   filter_.reset(0.0F);
   publish();
@@ -66,7 +66,7 @@ void Joint::tick() {
 
 // True once there is a first angle. Until then the joint is BUSY, and no fault is evaluated.
 bool Joint::start_encoder() {
-  if (encoder_.setup(configuration_.inverted)) {
+  if (encoder_.setup()) {
     starting_ = 0;
   } else if (--starting_ == 0) {
     bad_samples_ = kBadSamples;
@@ -127,7 +127,7 @@ void Joint::supervise() {
   if (driver.fault != Fault::NONE && powered_) cut(driver.fault, driver.data);
   if (driver.fault == Fault::DRIVER_RESET) {
     motion_.driver().begin_setup();
-    checked_ = false;  // Where the field stands is no longer known.
+    checked_ = directed_ = false;  // Where the field stands is no longer known.
   } else if (!motion_.driver().ready()) {
     motion_.driver().continue_setup();
   }

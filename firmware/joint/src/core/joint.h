@@ -120,6 +120,8 @@ class Joint {
   bool homed_ = false;
   bool stalled_ = false;
   bool checked_ = false;
+  // The driver's direction agrees with the encoder's, whichever way the motor is plugged in.
+  bool directed_ = false;
   // The power stage is closed: the motor has current or its coils are shorted.
   bool powered_ = false;
   bool closed_loop_ = true;

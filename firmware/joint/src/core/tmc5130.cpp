@@ -36,6 +36,7 @@ enum : uint8_t {
 constexpr uint8_t kWrite = 0x80;
 // Current scaled from the reference input, and stealthChop below TPWMTHRS.
 constexpr uint32_t kGconf = 0x05;
+constexpr uint32_t kShaft = 0x10;
 constexpr uint32_t kTpwmthrs = 5000;
 // TBL 2, HSTRT 4, TOFF 2: the settings the arm was measured with.
 constexpr uint32_t kChopconf = 0x00010042;
@@ -81,6 +82,8 @@ bool silent(uint32_t ioin) { return ioin >> 24 == 0 || ioin == kHigh; }
 
 }  // namespace
 
+Tmc5130::Tmc5130(Hal& hal) : hal_(hal), gconf_(kGconf) {}
+
 uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
   const uint8_t sent[5] = {address, static_cast<uint8_t>(value >> 24),
                            static_cast<uint8_t>(value >> 16), static_cast<uint8_t>(value >> 8),
@@ -105,7 +108,7 @@ void Tmc5130::begin_setup() {
   currents_ = speed_ = 0;
   pwm_ = kPwmconf | kFreewheel;
   acceleration_ = deceleration_ = kAccelerationMax;
-  write(GCONF, kGconf);
+  write(GCONF, gconf_);
   // Some revisions clear these bits when ones are written, others when they are read.
   write(GSTAT, 0x07);
   exchange(GSTAT, 0);
@@ -128,6 +131,11 @@ void Tmc5130::continue_setup() {
   position_ = static_cast<int32_t>(exchange(XACTUAL, 0));
   target_ = position_;
   write(XTARGET, static_cast<uint32_t>(target_));
+}
+
+void Tmc5130::reverse() {
+  gconf_ ^= kShaft;
+  write(GCONF, gconf_);
 }
 
 void Tmc5130::open_bridge() { write(CHOPCONF, kChopconf & ~kToff); }

@@ -9,7 +9,7 @@ namespace bioscara {
 
 class Tmc5130 {
  public:
-  explicit Tmc5130(Hal& hal) : hal_(hal) {}
+  explicit Tmc5130(Hal& hal);
 
   // Writes all settings; the motor stays without current.
   void setup();
@@ -17,6 +17,9 @@ class Tmc5130 {
   void begin_setup();
   void continue_setup();
   bool ready() const { return set_up_ == kReady; }
+  // Turns the motor the other way for the same counts. At standstill only; the field may move to
+  // another place of its period. Kept by the next setup().
+  void reverse();
   // Switches the motor off in the chip itself, until the next setup().
   void open_bridge();
 
@@ -63,6 +66,7 @@ class Tmc5130 {
   uint32_t speed_ = 0;
   uint32_t acceleration_ = 0;
   uint32_t deceleration_ = 0;
+  uint32_t gconf_;
   uint32_t currents_ = 0;
   uint32_t pwm_ = 0;
 };
