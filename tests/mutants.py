@@ -102,6 +102,20 @@ MUTANTS = (
         EMULATED_BUS,
     ),
     Mutant(
+        "a clock that another joint holds is no bus error",
+        "I2cTarget::supervise",
+        "stood_ < kStuckTicks - 1",
+        "stood_ < 1",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "a driver whose power stage has no supply",
+        "driver_fault",
+        "(gstat & (kDriverError | kUndervoltage)) != 0",
+        "(gstat & kDriverError) != 0",
+        HOST,
+    ),
+    Mutant(
         "clearing of bus errors",
         "I2cTarget::interrupt",
         "bus.SR1 = ~(status & kErrors) & kClearable;",
@@ -1492,6 +1506,27 @@ MUTANTS = (
         "Session._transfer",
         "self.timing.free_from(message)",
         "0.0",
+        ORIGINAL,
+    ),
+    Mutant(
+        "a command to an original joint waits for the end of its orientation check",
+        "Session.exchange",
+        "self._await_check()",
+        "pass",
+        ORIGINAL,
+    ),
+    Mutant(
+        "an original joint that may be in a check is not stopped by the next host",
+        "Session._open_v1",
+        "if flags & Flags.BUSY and not flags & Flags.NOTHOMED:",
+        "if False:",
+        ORIGINAL,
+    ),
+    Mutant(
+        "a move in steps waits for a homing that was stopped",
+        "OriginalTiming.free_from",
+        "message in _AFTER_HOME",
+        "message in _DEFERRED",
         ORIGINAL,
     ),
     Mutant(

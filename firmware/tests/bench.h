@@ -136,6 +136,8 @@ class Bench final : private bioscara::Hal {
   // The joint has gone to its bootloader.
   bool left() const { return left_; }
   void stop_clock(bool on) { clock_stopped_ = on; }
+  // No driver chip is there: what the controller reads on its data line instead.
+  void unplug_driver(std::optional<std::uint8_t> level) { unplugged_ = level; }
   bioscara::sim::Mechanics& mechanics() { return mechanics_; }
   bioscara::sim::Tmc5130Chip& driver() { return driver_; }
   bioscara::sim::Tle5012bChip& encoder() { return encoder_; }
@@ -155,7 +157,10 @@ class Bench final : private bioscara::Hal {
     std::uint8_t arriving[5];
     std::copy_n(sent, 5, arriving);
     if (damaged && damages_sent_) damage_(arriving);
-    driver_.exchange(arriving, received);
+    if (unplugged_)
+      std::fill_n(received, 5, *unplugged_);
+    else
+      driver_.exchange(arriving, received);
     if (damaged && !damages_sent_) damage_(received);
     if (handler_ && sensed_ && (sent[0] & 0x80) != 0) std::exchange(handler_, nullptr)();
   }
@@ -209,6 +214,7 @@ class Bench final : private bioscara::Hal {
   Damage damage_;
   bool damages_sent_ = false;
   long datagrams_ = 0, damaged_ = 0;
+  std::optional<std::uint8_t> unplugged_;
   bool interrupt_ = false;
   bool sensed_ = false;
   long time_ = 0;

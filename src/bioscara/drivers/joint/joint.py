@@ -436,8 +436,9 @@ class Joint:
     def stop(self, *, hard: bool = False) -> None:
         """Ramp down and hold; ends a blocking command. Never refused because of the joint's state.
 
-        A version 1 joint that has not yet taken a blocking command or a move in steps takes it
-        first: the call then waits for up to 25 ms.
+        A version 1 joint that has not yet taken a blocking command takes it first: the call then
+        waits for up to 25 ms. An orientation check of such a joint is not ended but waited for,
+        for up to 5 s: with its original firmware a STOP would leave it waiting for its target.
 
         Args:
             hard: True for the hardest deceleration instead of the configured one; original
@@ -680,6 +681,8 @@ class Joint:
         Raises:
             LimitError: The angle is too large.
             JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
+            IncorrectStateError: It did not end within 5 s. Switch a version 1 joint off and on
+                then: its check ends in no other way.
         """
         what = f"{self.name} orientation check angle"
         angle_deg = math.degrees(number(what, motor_angle))
@@ -691,6 +694,10 @@ class Joint:
         try:
             self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)
             self._supervise(not_busy, _ORIENTATION_TIMEOUT, "the orientation check")
+        except IncorrectStateError as error:
+            if self.version == 1:
+                error.remedy = "switch the joint off and on, which alone ends its check"
+            raise
         finally:
             self.readiness.blocking = Register.NONE
         self.raise_fault()
