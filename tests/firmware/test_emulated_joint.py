@@ -112,7 +112,7 @@ def test_a_motor_plugged_in_either_way_moves_in_the_same_direction(
 
 
 def _course(damage: tuple[int, bytes, bool] | None) -> tuple[list[float], Fault]:
-    """Return j4's positions in a move at its full speed, with one damaged datagram of the driver."""
+    """Return positions of j4 at its full speed, with one damaged datagram of the driver."""
     board = Board(4, position=0.0)
     board.ready()
     board.write(Register.SETMAXACCELERATION, math.degrees(360.0))
@@ -134,7 +134,6 @@ def _course(damage: tuple[int, bytes, bool] | None) -> tuple[list[float], Fault]
 def test_a_flipped_bit_between_controller_and_driver_moves_the_joint_nowhere_else() -> None:
     """The law of firmware/tests/test_spi.cpp, for some datagrams of the image."""
     seed = int(os.environ.get("BIOSCARA_SEED", "1"))
-    print(f"BIOSCARA_SEED={seed}")
     choice = random.Random(seed)
     sound, fault = _course(None)
     assert fault is Fault.NONE
@@ -145,7 +144,7 @@ def test_a_flipped_bit_between_controller_and_driver_moves_the_joint_nowhere_els
         damage = choice.randrange(2800), bits, choice.random() < 0.7
         positions, fault = _course(damage)
         away = max(abs(a - b) for a, b in zip(positions, sound, strict=True))
-        assert away <= 10e-3 or fault is not Fault.NONE, damage
+        assert away <= 10e-3 or fault is not Fault.NONE, (seed, damage)
 
 
 def _follow(board: Board, seconds: float, start: float, rpm: float) -> float:

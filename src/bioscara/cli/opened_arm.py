@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from bioscara.cli.options import FINGERS, Options
-from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene
@@ -137,11 +136,11 @@ def require_acknowledgement(robot: Robot, options: Options) -> None:
     """
     if options.acknowledge or not robot.faults:
         return
-    sources: dict[FaultKind, list[str]] = {}
+    sources: dict[tuple[str, str], list[str]] = {}
     for fault in robot.faults:
-        sources.setdefault(fault.kind, []).append(fault.source)
+        sources.setdefault((fault.kind.name, fault.action), []).append(fault.source)
     faults = "; ".join(
-        f"{kind.name} ({', '.join(names)}): {kind.action}" for kind, names in sources.items()
+        f"{kind} ({', '.join(names)}): {action}" for (kind, action), names in sources.items()
     )
     command = options.typed("--acknowledge")
     raise FaultedError(

@@ -90,10 +90,10 @@ struct Readable {
   uint8_t address;
   size_t setting = setting_of(address);  // kCount for those that report.
 };
-constexpr Readable kAsked[] = {{GSTAT},    {DRV_STATUS}, {XTARGET},  {DRV_STATUS},
-                               {RAMPMODE}, {DRV_STATUS}, {GCONF},    {DRV_STATUS},
-                               {IOIN},     {DRV_STATUS}, {XTARGET},  {DRV_STATUS},
-                               {RAMPMODE}, {DRV_STATUS}, {CHOPCONF}, {DRV_STATUS}};
+constexpr Readable kAsked[] = {{GSTAT}, {XTARGET},  {DRV_STATUS}, {RAMPMODE},
+                               {GSTAT}, {GCONF},    {DRV_STATUS}, {IOIN},
+                               {GSTAT}, {XTARGET},  {DRV_STATUS}, {RAMPMODE},
+                               {GSTAT}, {CHOPCONF}, {DRV_STATUS}, {IOIN}};
 // Settings that cannot be read, written again in turn: one every few ticks.
 constexpr size_t kAgain[] = {setting_of(VSTART),   kSpeed,
                              setting_of(V1),       kAcceleration,
@@ -151,7 +151,7 @@ uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
                            static_cast<uint8_t>(value)};
   uint8_t received[5] = {};
   hal_.driver_exchange(sent, received);
-  // Every datagram reports a reset and an error: at once, where GSTAT is read every 16th tick.
+  // Every datagram reports a reset and an error: at once, where GSTAT is read every fourth tick.
   const uint8_t before = spi_status_;
   spi_status_ = received[0];
   if (spi_status_ != 0xFF && before != 0xFF) gstat_ |= spi_status_ & before & 0x03;

@@ -91,12 +91,18 @@ class ArmFault:
 
     def __str__(self) -> str:
         what = self.cause.what if isinstance(self.cause, JointError | BusStuckError) else self.cause
-        return f"{self.kind.name}: {what}; {self.kind.action}"
+        return f"{self.kind.name}: {what}; {self.action}"
+
+    @property
+    def action(self) -> str:
+        """Action required of a person; one joint alone may be without supply."""
+        missing = isinstance(self.cause, BioscaraError) and reports_missing_supply(self.cause)
+        return FaultKind.POWER_LOST.action if missing else self.kind.action
 
     def error(self) -> BaseException:
         """Return the cause for the user of the arm, with the remedy for the fault as a whole."""
         if isinstance(self.cause, JointError | BusStuckError):
-            self.cause.remedy = self.kind.action
+            self.cause.remedy = self.action
         return self.cause
 
 

@@ -98,7 +98,9 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Arm]:
             (tmp_path / name).write_bytes(image(joint))
 
     def make(*names: str, v1: bool = False) -> Arm:
-        made = Arm(SimulatedArm(v1=v1), Bench(folder, *(names or ("dfu-util",))))
+        made = Arm(
+            SimulatedArm(controllers_fed=True, v1=v1), Bench(folder, *(names or ("dfu-util",)))
+        )
         monkeypatch.setattr(devices, "open_bus", lambda *_: made)
         monkeypatch.setattr(devices, "MonotonicClock", lambda: made.arm.clock)
         return made
@@ -352,7 +354,7 @@ def test_all_joints_are_flashed_but_the_one_that_has_its_image(
 ) -> None:
     bus = arm()
     bus.has_image("j2", image(2))
-    bus.arm.set_motor_power(False)  # Supplied by USB.
+    bus.arm.set_supply(False)  # Supplied by USB.
     assert main(ALL) == 0
     out, err = capsys.readouterr()
     assert err == ""
