@@ -18,7 +18,7 @@ from contract.preload import PreloadedBus
 from simulated import ARM, NAMES, simulated_bus
 
 TIMEOUT = 0.010
-START, GOAL = (-2.5, 0.30, 2.2, 2.5), (-1.5, 0.25, 0.8, 1.0)
+START, GOAL = (-2.5, 0.30, 2.2, 2.5), (-1.5, 0.267, 0.8, 1.0)
 OpenLinux = Callable[..., PreloadedBus]
 
 
