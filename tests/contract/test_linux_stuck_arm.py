@@ -18,7 +18,7 @@ from contract.preload import PreloadedBus
 from simulated import ARM, NAMES, simulated_bus
 
 TIMEOUT = 0.010
-START, GOAL = (-2.5, 0.30, 2.2, 2.5), (-1.5, 0.267, 0.8, 1.0)
+START, GOAL = (-2.5, 0.30, 2.2, 2.5), (-1.5, 0.25, 0.8, 1.0)
 OpenLinux = Callable[..., PreloadedBus]
 
 
@@ -36,13 +36,13 @@ class Scene:
         self.wire.stuck(recognised=False, timeout=TIMEOUT)
 
     def move(self, strike: Callable[[], object]) -> None:
-        """Move; the fault strikes in the fiftieth cycle."""
+        """Move; the fault strikes in the thirtieth cycle."""
         cycles = 0
 
         def observe(_: CycleRecord) -> None:
             nonlocal cycles
             cycles += 1
-            if cycles == 50:
+            if cycles == 30:
                 strike()
 
         self.robot.move_joints(GOAL, on_cycle=observe)
