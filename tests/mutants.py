@@ -334,9 +334,23 @@ MUTANTS = (
     Mutant(
         "numbers must be finite, in the joint",
         "Wire::decode",
-        "if (!isfinite(command.number)) return Refusal::NOT_FINITE; fits = fabsf(command.number)",
-        "fits = fabsf(command.number)",
+        "if (!isfinite(command.number)) return Refusal::NOT_FINITE;",
+        "",
         HAZARDS,
+    ),
+    Mutant(
+        "numbers within the table's ranges, in the joint",
+        "Wire::decode",
+        "fits = within(kNumberRanges[row.range], command.number);",
+        "",
+        ("tests/firmware/test_ranges.py",),
+    ),
+    Mutant(
+        "bytes within the table's ranges, in the joint",
+        "Wire::decode",
+        "fits = within(kByteRanges[row.range + at], bytes[at]);",
+        "",
+        ("tests/firmware/test_ranges.py",),
     ),
     Mutant(
         "orientation check before a motor is enabled",
