@@ -184,5 +184,7 @@ NB_MODULE(_native, module) {
              plant.board().mechanics().set_position(position);
            })
       .def("has_torque", [](Plant& plant) { return plant.board().has_torque(); })
+      .def("reverse_coil",
+           [](Plant& plant, bool on) { plant.board().driver().reverse_coil(on); })
       .def("corrupt_encoder", [](Plant& plant, bool on) { plant.board().encoder().corrupt(on); });
 }

@@ -56,10 +56,16 @@ class Bench final : private bioscara::Hal {
     ++time_;
     if (!hung_) {
       exchanges_ = 0;
+      sensed_ = false;
       joint_->tick();
       worst_ = std::max(worst_, exchanges_);
     }
-    while (ramp_ < static_cast<double>(time_) * 1e-3) {
+    pass(static_cast<double>(time_) * 1e-3);
+  }
+
+  // Lets motor and mechanics go on.
+  void pass(double until) {
+    while (ramp_ < until) {
       ramp_ += bioscara::sim::Tmc5130Chip::kRampPeriod;
       if (!clock_stopped_) driver_.step();
       const bioscara::sim::Supply supply{driver_.field(),
@@ -92,9 +98,19 @@ class Bench final : private bioscara::Hal {
   // A write of no bytes.
   void probe() { joint_->on_receive(nullptr, 0); }
 
-  // Called once, at the next datagram by which a tick writes to the driver: a frame may arrive
-  // while a tick runs.
+  // Called once, at the next datagram by which a tick moves the motor: a frame may arrive while a
+  // tick runs.
   void interrupt(std::function<void()> handler) { handler_ = std::move(handler); }
+
+  // Damage of one datagram with the driver, counted from now on: of the bytes as they arrive at the
+  // driver, or of its answer as it arrives at the controller.
+  using Damage = std::function<void(std::uint8_t (&)[5])>;
+  void damage(long datagram, bool sent, Damage change) {
+    damaged_ = datagrams_ + datagram;
+    damages_sent_ = sent;
+    damage_ = std::move(change);
+  }
+  long datagrams() const { return datagrams_; }
 
   // True state of motor and joint [rad, rad/s of the motor; joint units].
   double rotor() const { return mechanics_.rotor_turns() * 6.283185307179586; }
@@ -123,17 +139,27 @@ class Bench final : private bioscara::Hal {
  private:
   // Amplitude of the phase currents [A], as in the simulation: 1.48 A rms.
   static constexpr double kFullCurrent = 1.48 * 1.41421356;
+  static constexpr double kCommanding = 150e-6;
 
   std::uint32_t micros() override {
     return first_micros_ + static_cast<std::uint32_t>(time_ * 1000);
   }
   void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override {
     ++(interrupt_ ? interrupt_exchanges_ : exchanges_);
-    driver_.exchange(sent, received);
-    if (handler_ && (sent[0] & 0x80) != 0) std::exchange(handler_, nullptr)();
+    const bool damaged = damage_ && datagrams_ == damaged_;
+    ++datagrams_;
+    std::uint8_t arriving[5];
+    std::copy_n(sent, 5, arriving);
+    if (damaged && damages_sent_) damage_(arriving);
+    driver_.exchange(arriving, received);
+    if (damaged && !damages_sent_) damage_(received);
+    if (handler_ && sensed_ && (sent[0] & 0x80) != 0) std::exchange(handler_, nullptr)();
   }
   void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override {
     if (interrupt_) ++interrupt_exchanges_;
+    // As long as it takes on the board from reading the driver to commanding it.
+    if (!sensed_) pass(static_cast<double>(time_ - 1) * 1e-3 + kCommanding);
+    sensed_ = true;
     random_ = random_ * 1664525U + 1013904223U;
     encoder_.set_noise(static_cast<double>(random_ >> 8) / 16777216.0 - 0.5);
     encoder_.latch(mechanics_.rotor_turns());
@@ -167,7 +193,11 @@ class Bench final : private bioscara::Hal {
   bool early_ = true;
   std::uint16_t bus_errors_ = 0;
   bool clock_stopped_ = false;
+  Damage damage_;
+  bool damages_sent_ = false;
+  long datagrams_ = 0, damaged_ = 0;
   bool interrupt_ = false;
+  bool sensed_ = false;
   long time_ = 0;
   double ramp_ = 0.0;
   int exchanges_ = 0;

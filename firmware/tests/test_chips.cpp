@@ -4,6 +4,7 @@
 
 #include "../joint/src/core/supervisor.h"
 #include "../joint/src/core/tle5012b.h"
+#include "../sim/src/original_encoder.h"
 #include "testing.h"
 
 using namespace bioscara;
@@ -69,10 +70,10 @@ class Answers final : public Hal {
 TEST(an_angle_counts_only_with_its_check_and_every_bit_of_health) {
   Answers chip;
   Tle5012b encoder(chip);
-  CHECK(encoder.setup(false));
+  CHECK(encoder.setup());
   chip.angle = 100;
   CHECK(encoder.sample());
-  CHECK(encoder.counts() == 100);
+  CHECK(encoder.counts() == -100);
   chip.angle = 200;
   // System error, interface error, angle not valid.
   for (int bit : {14, 13, 12}) {
@@ -84,10 +85,35 @@ TEST(an_angle_counts_only_with_its_check_and_every_bit_of_health) {
   CHECK(!encoder.sample());
 }
 
+// Source: the encoder of the UstepperS32 library, which existing arms run. Its MOD_2 is 0x0800, whose
+// ANG_DIR (bit 3 in the data sheet of the TLE5012B) is 0, so the chip is not inverted; its sample()
+// takes delta = old angle - new angle. All parameters of the arms were measured with that sign.
+TEST(the_reported_angle_is_the_old_raw_angle_minus_the_new_one) {
+  Answers chip;
+  Tle5012b ours(chip);
+  sim::OriginalEncoder original(chip);
+  const std::uint16_t raw[] = {100, 90, 32760, 5, 16000, 100, 32000, 30000};
+  chip.angle = raw[0];
+  CHECK(ours.setup());
+  original.set_home();
+  int expected = 0;
+  for (std::size_t i = 1; i < sizeof raw / sizeof raw[0]; ++i) {
+    int delta = raw[i - 1] - raw[i];
+    if (delta > 16384) delta -= 32768;
+    if (delta < -16384) delta += 32768;
+    expected += delta;
+    chip.angle = raw[i];
+    CHECK(ours.sample());
+    original.sample();
+    CHECK(ours.counts() == expected);
+    CHECK(original.counts() == expected);
+  }
+}
+
 TEST(an_error_that_the_encoder_remembers_spoils_one_sample) {
   Answers chip;
   Tle5012b encoder(chip);
-  CHECK(encoder.setup(false));
+  CHECK(encoder.setup());
   chip.latches = chip.error = true;
   CHECK(!encoder.sample());
   CHECK(encoder.sample());

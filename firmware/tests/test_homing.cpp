@@ -143,7 +143,7 @@ TEST(HZ10_a_homing_that_cannot_end_is_given_up_in_time) {
   Seeking joint;
   const double begin = joint.bench.now();
   joint.start();
-  joint.host.keep(1.0);
+  joint.host.keep(0.1);
   joint.bench.stop_clock(true);
   while (joint.host.fault() == Fault::NONE && joint.bench.now() < begin + 30.0)
     joint.host.keep(0.02);

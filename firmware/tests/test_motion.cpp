@@ -454,6 +454,51 @@ TEST(the_field_is_known_also_where_friction_held_the_rotor_opposite_to_it) {
   }
 }
 
+TEST(a_motor_may_be_plugged_in_either_way) {
+  for (int joint : {1, 2, 3, 4}) {
+    for (bool turned : {false, true}) {
+      Bench bench(joint);
+      bench.driver().reverse_coil(turned);
+      Host host(bench, joint);
+      host.arm_session();
+      const double first = bench.rotor();
+      host.enable(40);
+      CHECK(host.fault() == Fault::NONE);
+      // Without current it may have stood as far as an electrical period from its field.
+      CHECK(std::fabs(bench.rotor() - first) < 7.2 / kDegrees);
+      // The driver restarts: what it is set to again keeps the direction.
+      bench.driver().power_up();
+      bench.run(0.1);
+      CHECK(host.fault() == Fault::DRIVER_RESET);
+      host.clear_fault();
+      bench.run(0.4);
+      double before = bench.rotor(), farthest = 0.0;
+      host.send(Register::SETUP, {40, 40, 0, 0});
+      while (has(host.flags(), Flags::BUSY)) {
+        host.keep(0.02);
+        farthest = std::max(farthest, before - bench.rotor());
+      }
+      CHECK(host.fault() == Fault::NONE);
+      CHECK(farthest < 1.5 / kDegrees);
+      before = bench.rotor();
+      host.send(Register::MOVEANGLE, packed(20.0F));
+      host.keep(1.0);
+      CHECK(std::fabs((bench.rotor() - before) * kDegrees - 20.0) < 0.5);
+      // A direction that changes later is a fault, and nothing adapts to it.
+      bench.driver().reverse_coil(!turned);
+      host.send(Register::CHECKORIENTATION, packed(1.0F));
+      for (int time = 0; time < 3; ++time) {
+        host.wait_until_idle();
+        CHECK(host.fault() == Fault::ORIENTATION);
+        CHECK(!bench.stage_closed());
+        host.clear_fault();
+        bench.run(0.4);
+        host.send(Register::SETUP, {40, 40, 0, 0});
+      }
+    }
+  }
+}
+
 TEST(a_lift_that_rubs_passes_its_check_wherever_it_stands) {
   const double turn = 6.283185307179586 / bioscara::sim::parameters_of(2).reduction;
   for (int share = 0; share < 100; share += 3) {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import operator
 from pathlib import Path
 
 from bioscara_firmware_sim import Plant
@@ -40,12 +41,17 @@ class _Driver:
         self._answer = b""
         self._sent: bytearray | None = None
         self.datagrams = 0
+        self.damage_sent: dict[int, bytes] = {}
+        """Bits that flip on their way to the driver, by the number of the datagram."""
+        self.damage_received: dict[int, bytes] = {}
+        """The same of its answers."""
 
     def select(self, level: int | None) -> None:
         board = self._board
         if level == 0:
             board.follow()
             self._answer, self._sent = board.plant.driver_answer(), bytearray()
+            self._answer = _flipped(self._answer, self.damage_received.get(self.datagrams))
         elif self._sent is not None:
             sent, self._sent = bytes(self._sent), None
             if board.machine.spi2.busy:
@@ -53,6 +59,7 @@ class _Driver:
             if len(sent) != 5:
                 board.machine.violations.append(f"a datagram of {len(sent)} bytes")
                 return
+            sent = _flipped(sent, self.damage_sent.get(self.datagrams))
             self.datagrams += 1
             board.follow()
             board.plant.driver_accept(sent)
@@ -69,6 +76,10 @@ class _Driver:
         self._sent.append(sent)
         index = len(self._sent) - 1
         return self._answer[index] if index < 5 else 0
+
+
+def _flipped(datagram: bytes, bits: bytes | None) -> bytes:
+    return datagram if bits is None else bytes(map(operator.xor, datagram, bits))
 
 
 class _Encoder:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import random
 
@@ -91,6 +92,60 @@ def test_setup_checks_the_orientation_and_homing_finds_the_end_stop(joint: int) 
     assert not board.machine.violations
     assert len(board.machine.resets) == 1
     assert stack_used(board) <= STACK_MOST
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_motor_plugged_in_either_way_moves_in_the_same_direction(
+    board: Board, turned: bool
+) -> None:
+    board.plant.reverse_coil(turned)
+    board.ready()
+    assert board.fault() is Fault.NONE
+    before, told = board.position(), board.read(Register.STATE)[0]
+    board.write(Register.MOVEANGLE, 60.0)
+    for _ in range(30):
+        board.write(Register.WATCHDOG, 60)
+        board.run(0.02)
+    assert board.read(Register.STATE)[0] - told == pytest.approx(60.0, abs=0.5)
+    assert board.position() - before == pytest.approx(math.radians(60.0) / 12, abs=2e-3)
+    assert not board.machine.violations
+
+
+def _course(damage: tuple[int, bytes, bool] | None) -> tuple[list[float], Fault]:
+    """Return j4's positions in a move at its full speed, with one damaged datagram of the driver."""
+    board = Board(4, position=0.0)
+    board.ready()
+    board.write(Register.SETMAXACCELERATION, math.degrees(360.0))
+    board.write(Register.SETMAXVELOCITY, math.degrees(120.0))
+    end = board.read(Register.STATE)[0] + 1200.0
+    first = board.driver.datagrams
+    if damage is not None:
+        number, bits, sent = damage
+        damaged = board.driver.damage_sent if sent else board.driver.damage_received
+        damaged[first + number] = bits
+    positions = []
+    for _ in range(30):
+        board.write(Register.MOVETOANGLE, end)
+        board.run(0.02)
+        positions.append(board.position())
+    return positions, board.fault()
+
+
+def test_a_flipped_bit_between_controller_and_driver_moves_the_joint_nowhere_else() -> None:
+    """The law of firmware/tests/test_spi.cpp, for some datagrams of the image."""
+    seed = int(os.environ.get("BIOSCARA_SEED", "1"))
+    print(f"BIOSCARA_SEED={seed}")
+    choice = random.Random(seed)
+    sound, fault = _course(None)
+    assert fault is Fault.NONE
+    assert sound[-1] > 1.5
+    for _ in range(int(os.environ.get("BIOSCARA_SPI_RUNS", "120")) // 30):
+        bit = choice.randrange(40)
+        bits = (1 << bit).to_bytes(5, "big")
+        damage = choice.randrange(2800), bits, choice.random() < 0.7
+        positions, fault = _course(damage)
+        away = max(abs(a - b) for a, b in zip(positions, sound, strict=True))
+        assert away <= 10e-3 or fault is not Fault.NONE, damage
 
 
 def _follow(board: Board, seconds: float, start: float, rpm: float) -> float:

@@ -143,9 +143,13 @@ def test_both_halves_of_a_datagram_make_the_whole(program: Path) -> None:
     """The plant answers when the driver is selected and obeys when it is deselected."""
     plant = Plant(1, 1)
     assert plant.driver_answer()[0] & 1, "the chip says that it was reset"
-    plant.driver_accept(bytes((0x80 | 0x27, 0, 0, 0x12, 0x34)))
-    plant.driver_accept(bytes((0x27, 0, 0, 0, 0)))
-    assert plant.driver_answer()[1:] == bytes((0, 0, 0x12, 0x34))
+    written = bytes((0, 0, 0x12, 0x34))
+    # The next datagram returns what the last one wrote, whether the register can be read or not.
+    for register, readable in ((0x27, False), (0x2D, True)):
+        plant.driver_accept(bytes((0x80 | register,)) + written)
+        assert plant.driver_answer()[1:] == written
+        plant.driver_accept(bytes((register, 0, 0, 0, 0)))
+        assert plant.driver_answer()[1:] == (written if readable else bytes(4))
     with pytest.raises(ValueError, match="backwards"):
         plant.advance(-1.0)
     with pytest.raises(ValueError, match="5 bytes"):

@@ -278,21 +278,18 @@ def test_hz13_a_joint_tells_its_number_and_refuses_what_does_not_fit() -> None:
     assert host.raw(whole, 3)[0] & Flags.REFUSED
 
 
-@pytest.mark.parametrize("wrong", ["coil", "encoder", "frozen"])
+@pytest.mark.parametrize("wrong", ["coil", "frozen"])
 def test_hz14_a_wrong_orientation_is_found_before_it_runs_away(wrong: str) -> None:
     host = Host("j4")
     before = host.arm.position("j4")
     if wrong == "coil":
+        # The first check after a boot sets the direction; a later one finds that it has changed.
+        host.enable()
         host.arm.reverse_coil("j4")
-    elif wrong == "frozen":
-        host.arm.freeze_encoder("j4")
+        host.write(Register.CHECKORIENTATION, 1.0)
     else:
-        arm = SimulatedArm(positions={"j4": 0.0})
-        arm.reverse_encoder("j4")
-        arm.reset("j4")
-        arm.run(0.1)
-        host, before = Host("j4", arm), 0.0
-    host.write(Register.SETUP, 20, 20)
+        host.arm.freeze_encoder("j4")
+        host.write(Register.SETUP, 20, 20)
     flags = host.idle()
     assert host.fault() is Fault.ORIENTATION
     assert Flags.NOTENABLED in flags

@@ -306,13 +306,14 @@ def test_mec6_an_encoder_that_lies_stops_the_joint_and_costs_its_home(fault: str
         assert not joint.is_homed()
 
 
-def test_mec7_a_reversed_coil_is_found_when_the_joint_is_enabled() -> None:
+def test_mec7_a_coil_that_was_reversed_later_is_found_by_the_check() -> None:
     arm = SimulatedArm(positions={"j1": 0.0})
-    arm.reverse_coil("j1")
     joint = Joint(FirmwareBus(arm), arm.clock, ARM.joints[0])
     joint.init()
+    joint.enable()
+    arm.reverse_coil("j1")
     with pytest.raises(JointFaultError, match=Fault.ORIENTATION.name):
-        joint.enable()
+        joint.check_orientation()
     assert abs(arm.position("j1")) < math.radians(7.2) / 35
     assert not arm.has_torque("j1")
 

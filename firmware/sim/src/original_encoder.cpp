@@ -27,8 +27,8 @@ void OriginalEncoder::set_home() {
 
 void OriginalEncoder::sample() {
   const std::uint16_t angle = read();
-  // The shorter way round.
-  counts_ += static_cast<std::int16_t>(static_cast<std::uint16_t>(angle - angle_) * 2U) / 2;
+  // The library inverts in software: the old angle minus the new one, the shorter way round.
+  counts_ += static_cast<std::int16_t>(static_cast<std::uint16_t>(angle_ - angle) * 2U) / 2;
   angle_ = angle;
   position_ += velocity_ * kPeriod;
   const double error = counts_ - position_;

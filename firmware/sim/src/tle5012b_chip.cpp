@@ -42,7 +42,10 @@ void Tle5012bChip::latch(double turns) {
   double read = seen;
   for (const Harmonic& part : harmonics_)
     read += part.amplitude * std::sin(kTwoPi * (part.times * seen + part.phase));
-  const double counts = std::floor((read - std::floor(read)) * 32768.0 + noise_);
+  // A shaft that turns forwards for the joint's parameters turns the magnet backwards for the chip
+  // (docs/simulation.md, The encoder's sign).
+  const double raw = -read;
+  const double counts = std::floor((raw - std::floor(raw)) * 32768.0 + noise_);
   angle_ = static_cast<std::uint16_t>(static_cast<std::int32_t>(counts) & 0x7FFF);
 }
 

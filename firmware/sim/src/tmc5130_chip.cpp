@@ -25,8 +25,10 @@ void Tmc5130Chip::power_up() {
   registers_[PWMCONF] = 0x00050480;
   registers_[TPOWERDOWN] = 10;
   position_ = velocity_ = standstill_ = 0.0;
+  waited_ = 0;
   gstat_ = 0x01;
   asked_ = 0;
+  wrote_ = false;
 }
 
 void Tmc5130Chip::set_motor_power(bool on) {
@@ -64,8 +66,13 @@ std::uint32_t Tmc5130Chip::read(std::uint8_t address) {
     case DRV_STATUS:
       return (standstill_ >= kStandstillSeconds ? 0x80000000U : 0U) |
              (overtemperature_ ? 3U << 25 : 0U);
-    default:
+    case GCONF:
+    case RAMPMODE:
+    case XTARGET:
+    case CHOPCONF:
       return registers_[address];
+    default:
+      return 0;  // Of those that are used: IHOLD_IRUN, PWMCONF, V1, VSTART, AMAX, DMAX, VMAX ...
   }
 }
 
@@ -85,9 +92,18 @@ void Tmc5130Chip::write(std::uint8_t address, std::uint32_t value) {
     case D1:
       registers_[address] = value & 0xFFFF;
       break;
+    case TZEROWAIT:
+      registers_[address] = value & 0xFFFF;
+      break;
     case VMAX:
-    case V1:
       registers_[address] = value & 0x7FFFFF;
+      break;
+    case V1:
+      registers_[address] = value & 0xFFFFF;
+      break;
+    case VSTART:
+    case VSTOP:
+      registers_[address] = value & 0x3FFFF;
       break;
     case VACTUAL:
     case DRV_STATUS:
@@ -109,18 +125,19 @@ void Tmc5130Chip::answer(std::uint8_t (&received)[5]) {
     return;
   }
   received[0] = status();
-  const std::uint32_t answer = read(asked_);
+  const std::uint32_t answer = wrote_ ? written_ : read(asked_);
   for (int i = 0; i < 4; ++i) received[1 + i] = static_cast<std::uint8_t>(answer >> (24 - 8 * i));
 }
 
 void Tmc5130Chip::accept(const std::uint8_t (&sent)[5]) {
   if (!motor_power_) return;
   const auto address = static_cast<std::uint8_t>(sent[0] & 0x7F);
-  if (sent[0] & 0x80) {
-    const std::uint32_t value = static_cast<std::uint32_t>(sent[1]) << 24 |
-                                static_cast<std::uint32_t>(sent[2]) << 16 |
-                                static_cast<std::uint32_t>(sent[3]) << 8 | sent[4];
-    write(address, value);
+  wrote_ = (sent[0] & 0x80) != 0;
+  if (wrote_) {
+    written_ = static_cast<std::uint32_t>(sent[1]) << 24 |
+               static_cast<std::uint32_t>(sent[2]) << 16 |
+               static_cast<std::uint32_t>(sent[3]) << 8 | sent[4];
+    write(address, written_);
   }
   asked_ = address;
 }
@@ -128,6 +145,28 @@ void Tmc5130Chip::accept(const std::uint8_t (&sent)[5]) {
 void Tmc5130Chip::ramp_to(double target, double rate) {
   const double change = rate * kAcceleration * kRampPeriod / kVelocity;
   velocity_ += std::clamp(target - velocity_, -change, change);
+}
+
+// From below V1 with A1, from standstill with VSTART at once.
+void Tmc5130Chip::speed_up(double target) {
+  const double start = registers_[VSTART];
+  if (std::fabs(velocity_) < start && std::fabs(target) >= start) {
+    velocity_ = std::copysign(start, target);
+    return;
+  }
+  const double first = registers_[V1];
+  ramp_to(target, registers_[std::fabs(velocity_) < first ? A1 : AMAX]);
+}
+
+// The fastest speed from which it still stops in time: with DMAX, and below V1 with D1.
+double Tmc5130Chip::allowed_speed(double distance) const {
+  const double dmax = std::max(1U, registers_[DMAX]) * kAcceleration;
+  const double d1 = std::max(1U, registers_[D1]) * kAcceleration;
+  const double v1 = registers_[V1] * kVelocity;
+  const double last = v1 * v1 / (2.0 * d1);
+  const double speed = distance <= last ? std::sqrt(2.0 * d1 * distance)
+                                        : std::sqrt(v1 * v1 + 2.0 * dmax * (distance - last));
+  return speed / kVelocity;
 }
 
 void Tmc5130Chip::position_mode() {
@@ -138,21 +177,23 @@ void Tmc5130Chip::position_mode() {
     velocity_ = 0.0;
     return;
   }
-  const double direction = distance >= 0.0 ? 1.0 : -1.0;
-  const double speed = velocity_ * kVelocity;
-  const double dmax = std::max(1U, registers_[DMAX]) * kAcceleration;
-  const double toward = speed * direction;
-  if (toward < 0.0) {
-    ramp_to(0.0, registers_[DMAX]);
+  if (velocity_ == 0.0 && waited_ < registers_[TZEROWAIT]) {
+    ++waited_;
     return;
   }
-  // The fastest speed from which it still stops in time.
-  const double allowed = std::sqrt(2.0 * dmax * std::fabs(distance)) / kVelocity;
-  const double wanted = std::min(vmax, allowed);
+  const double direction = distance >= 0.0 ? 1.0 : -1.0;
+  const double dmax = std::max(1U, registers_[DMAX]) * kAcceleration;
+  const std::uint32_t braking = registers_[std::fabs(velocity_) < registers_[V1] ? D1 : DMAX];
+  if (velocity_ * direction < 0.0) {
+    ramp_to(0.0, braking);
+    waited_ = 0;
+    return;
+  }
+  const double wanted = std::min(vmax, allowed_speed(std::fabs(distance)));
   if (std::fabs(velocity_) > wanted) {
-    ramp_to(direction * wanted, registers_[DMAX]);
+    ramp_to(direction * wanted, braking);
   } else {
-    ramp_to(direction * wanted, registers_[AMAX]);
+    speed_up(direction * wanted);
   }
   if (vmax == 0.0) return;
   // The last step: the ramp ends on the target exactly.

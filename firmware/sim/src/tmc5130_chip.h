@@ -52,6 +52,8 @@ class Tmc5130Chip {
   std::uint32_t read(std::uint8_t address);
   void write(std::uint8_t address, std::uint32_t value);
   void ramp_to(double target, double rate);
+  void speed_up(double target);
+  double allowed_speed(double distance) const;
   void position_mode();
   std::uint8_t status() const;
   // GCONF's shaft bit, and a coil connected the wrong way round.
@@ -59,11 +61,17 @@ class Tmc5130Chip {
   std::int32_t xtarget() const { return static_cast<std::int32_t>(registers_[0x2D]); }
 
   std::uint32_t registers_[128] = {};
+  // The last datagram: the register that it named, and for a write the value that it carried, which
+  // the next datagram returns.
   std::uint8_t asked_ = 0;
+  bool wrote_ = false;
+  std::uint32_t written_ = 0;
   double position_ = 0.0;  // XACTUAL with its fraction
   double velocity_ = 0.0;  // VACTUAL in its unit
   double phase_ = 0.0;
   double standstill_ = 0.0;
+  // Periods since a ramp reversed, while TZEROWAIT has not passed.
+  std::uint32_t waited_ = 0;
   double direction_ = 1.0;
   std::uint8_t gstat_ = 0;
   std::uint8_t idle_ = 0x00;

@@ -24,6 +24,7 @@ enum Address : std::uint8_t {
   DMAX = 0x28,
   D1 = 0x2A,
   VSTOP = 0x2B,
+  TZEROWAIT = 0x2C,
   XTARGET = 0x2D,
   RAMP_STAT = 0x35,
   CHOPCONF = 0x6C,

@@ -212,7 +212,7 @@ class SimulatedArm:
         self._arm.overheat(self._number(joint), on)
 
     def reverse_coil(self, joint: str, on: bool = True) -> None:
-        """Swap the wires of one motor coil."""
+        """Plug the motor in the other way: its field turns against the driver's counter."""
         self._arm.reverse_coil(self._number(joint), on)
 
     def reverse_encoder(self, joint: str, on: bool = True) -> None:

@@ -134,7 +134,7 @@ def test_a_new_host_knows_the_position_without_homing(v1: bool) -> None:
     other = world.joint(ARM.joints[3])
     other.init()
     assert other.is_homed()
-    assert other.get_position() == pytest.approx(position, abs=1e-4)
+    assert other.get_position() == pytest.approx(position, abs=2e-4)
 
 
 @BOTH
@@ -572,13 +572,14 @@ def test_bus_errors_are_requested_only_from_firmware_that_counts_them() -> None:
         joint.get_bus_errors()
 
 
-def test_the_orientation_check_finds_a_reversed_coil() -> None:
+def test_the_orientation_check_finds_a_coil_that_was_reversed_later() -> None:
     world = World()
     joint = world.joints[3]
     joint.init()
+    joint.enable()
     world.arm.reverse_coil("j4")
     with pytest.raises(JointFaultError, match="ORIENTATION"):
-        joint.enable()
+        joint.check_orientation()
     assert not joint.is_enabled()
     assert not world.arm.has_torque("j4")
 

@@ -9,8 +9,6 @@ struct Configuration {
   uint8_t joint;
   // I2C address.
   uint8_t address;
-  // True where a positive step turns the encoder backwards.
-  bool inverted;
   // First approach of homing [rpm of the motor]; chosen off the rotor's resonance.
   float homing_rpm;
   // Motor angle from end stop to end stop [deg].
@@ -29,10 +27,10 @@ constexpr float kDegreesPerRadian = 57.29578F;
 // resonates between 14 and 22 rad/s of the motor, where J2, with the weight it lifts, can lose the
 // field: the first approach stays at 10 rad/s, for J2 at 11.5 rad/s.
 constexpr Configuration configuration_of(uint8_t joint) {
-  return joint == 1   ? Configuration{1, 0x11, false, 95.0F, 6.09294F * 35.0F * kDegreesPerRadian}
-         : joint == 2 ? Configuration{2, 0x12, false, 110.0F, 0.3396F / 0.004F * 360.0F}
-         : joint == 3 ? Configuration{3, 0x13, false, 95.0F, 5.25344F * 24.0F * kDegreesPerRadian}
-                      : Configuration{4, 0x14, false, 95.0F, 6.02138F * 12.0F * kDegreesPerRadian};
+  return joint == 1   ? Configuration{1, 0x11, 95.0F, 6.09294F * 35.0F * kDegreesPerRadian}
+         : joint == 2 ? Configuration{2, 0x12, 110.0F, 0.3396F / 0.004F * 360.0F}
+         : joint == 3 ? Configuration{3, 0x13, 95.0F, 5.25344F * 24.0F * kDegreesPerRadian}
+                      : Configuration{4, 0x14, 95.0F, 6.02138F * 12.0F * kDegreesPerRadian};
 }
 
 }  // namespace bioscara

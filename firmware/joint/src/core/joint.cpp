@@ -46,7 +46,7 @@ void Joint::boot() {
   wire_.boot();
   motion_.driver().setup();
   // After a power-up it takes some milliseconds: the tick asks again.
-  if (!encoder_.setup(configuration_.inverted)) starting_ = kEncoderStart;
+  if (!encoder_.setup()) starting_ = kEncoderStart;
   zero_counts_ = encoder_.counts();
   filter_.reset(0.0F);
   publish();
@@ -59,6 +59,7 @@ void Joint::tick() {
   while (wire_.take(command)) execute(command);
   supervise();
   act();
+  motion_.driver().finish();
   publish();
   leave();
   hal_.feed_watchdog();
@@ -66,7 +67,7 @@ void Joint::tick() {
 
 // True once there is a first angle. Until then the joint is BUSY, and no fault is evaluated.
 bool Joint::start_encoder() {
-  if (encoder_.setup(configuration_.inverted)) {
+  if (encoder_.setup()) {
     starting_ = 0;
   } else if (--starting_ == 0) {
     bad_samples_ = kBadSamples;
@@ -127,9 +128,13 @@ void Joint::supervise() {
   if (driver.fault != Fault::NONE && powered_) cut(driver.fault, driver.data);
   if (driver.fault == Fault::DRIVER_RESET) {
     motion_.driver().begin_setup();
-    checked_ = false;  // Where the field stands is no longer known.
+    checked_ = directed_ = false;  // Where the field stands is no longer known.
   } else if (!motion_.driver().ready()) {
     motion_.driver().continue_setup();
+  }
+  if (motion_.driver().take_jump() && powered_) {
+    checked_ = false;
+    harm(Fault::DRIVER, 0.0F);
   }
   if (powered_ && !sequence()) {
     const Supervisor::Finding finding =
@@ -138,17 +143,22 @@ void Joint::supervise() {
       cut(finding.fault, finding.data);
     } else if (finding.fault != Fault::NONE && state_ != JointState::STOPPING &&
                state_ != JointState::FAULTED) {
-      // A motor that lost its supply stalls before the driver is polled again.
-      const Supervisor::Finding cause = driver_fault(motion_.driver().read_gstat(), 0);
-      if (cause.fault != Fault::NONE) {
-        cut(cause.fault, cause.data);
-      } else {
-        stalled_ = finding.fault == Fault::STALL;
-        latch(finding.fault, finding.data);
-      }
+      harm(finding.fault, finding.data);
     }
   }
   watch_silence();
+}
+
+// Stops for this fault, or switches off for the driver's that caused it: a motor without supply
+// stalls before the driver is polled again.
+void Joint::harm(Fault fault, float data) {
+  const Supervisor::Finding cause = driver_fault(motion_.driver().read_gstat(), 0);
+  if (cause.fault != Fault::NONE) {
+    cut(cause.fault, cause.data);
+  } else {
+    stalled_ = fault == Fault::STALL;
+    latch(fault, data);
+  }
 }
 
 void Joint::watch_silence() {

@@ -93,6 +93,7 @@ class Joint {
   // The driver's or the encoder's position has a new origin.
   void renamed();
   void hold();
+  void harm(Fault fault, float data);
   void latch(Fault fault, float data);
   void cut(Fault fault, float data);
   void apply_currents();
@@ -120,6 +121,8 @@ class Joint {
   bool homed_ = false;
   bool stalled_ = false;
   bool checked_ = false;
+  // The driver's direction agrees with the encoder's, whichever way the motor is plugged in.
+  bool directed_ = false;
   // The power stage is closed: the motor has current or its coils are shorted.
   bool powered_ = false;
   bool closed_loop_ = true;

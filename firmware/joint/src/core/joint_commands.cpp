@@ -169,7 +169,7 @@ void Joint::set_up(const Command& command) {
   power(true);
   if (!checked_ || settle) {
     correction_ = 0.0F;
-    orientation_.start(kOrientationDegrees, settle, checked_);
+    orientation_.start(kOrientationDegrees, settle, checked_, !directed_);
     checked_ = false;  // Until the homing has ended.
     state_ = JointState::ORIENTATION;
     alone_ = true;
@@ -218,7 +218,7 @@ void Joint::home(const Command& command) {
 
 void Joint::check_orientation(const Command& command) {
   correction_ = 0.0F;
-  orientation_.start(command.number, false, false);
+  orientation_.start(command.number, false, false, !directed_);
   state_ = JointState::ORIENTATION;
   alone_ = true;
   fed_ = command.micros;

@@ -63,7 +63,7 @@ void Joint::run_orientation() {
   if (result == Orientation::Result::RUNNING) return;
   renamed();
   if (result == Orientation::Result::PASSED) {
-    checked_ = true;
+    checked_ = directed_ = true;
     hold();
   } else {
     checked_ = false;

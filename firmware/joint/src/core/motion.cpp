@@ -35,12 +35,21 @@ void Motion::aim(float target) {
   driver_.set_target(target_);
 }
 
+// A ramp that was disturbed while it braked stops where it should, a little harder.
+float Motion::braking(float target, float deceleration) const {
+  const float left = target - position(), speed = velocity();
+  if (!driver_.disturbed() || left * speed <= 0.0F) return deceleration;
+  const float needed = speed * speed / (2.0F * fabsf(left));
+  return needed > deceleration && needed < kReserve * deceleration ? needed : deceleration;
+}
+
 void Motion::go(float target, float speed, float acceleration, float deceleration) {
-  driver_.set_acceleration(acceleration, deceleration);
+  driver_.set_acceleration(acceleration, braking(target, deceleration));
   const float ahead = reach(fmaxf(speed, fabsf(velocity())), deceleration);
+  // The target last: it returns what the speed's datagram wrote.
+  driver_.set_speed(speed);
   aim(clamp(target, position() - ahead, position() + ahead));
   goal_ = rounded(target);
-  driver_.set_speed(speed);
 }
 
 void Motion::run(float velocity, float acceleration, float deceleration) {
@@ -50,8 +59,8 @@ void Motion::run(float velocity, float acceleration, float deceleration) {
   }
   driver_.set_acceleration(acceleration, deceleration);
   const float fastest = fmaxf(fabsf(velocity), fabsf(this->velocity()));
-  aim(position() + copysignf(reach(fastest, deceleration), velocity));
   driver_.set_speed(velocity);
+  aim(position() + copysignf(reach(fastest, deceleration), velocity));
 }
 
 void Motion::follow(float position, float velocity, float limit, float acceleration) {
@@ -64,8 +73,8 @@ void Motion::follow(float position, float velocity, float limit, float accelerat
   const float wanted = velocity + copysignf(excess, error);
   // Target at which the driver's own braking ramp passes the reference at speed.
   const float lead = velocity * fabsf(velocity) / (2.0F * strength) + velocity * kMargin;
-  aim(position + lead);
   driver_.set_speed(clamp(fabsf(wanted), kCreep, limit * 1.1F + kCreep));
+  aim(position + lead);
 }
 
 void Motion::stop(float deceleration) {

@@ -43,6 +43,7 @@ class Motion {
   int32_t goal_ = 0;
   int32_t target_ = 0;
   void aim(float target);
+  float braking(float target, float deceleration) const;
 };
 
 }  // namespace bioscara

@@ -22,11 +22,12 @@ bool found(const Motion& motion, float encoder) {
 
 }  // namespace
 
-void Orientation::start(float angle_deg, bool settle, bool known) {
+void Orientation::start(float angle_deg, bool settle, bool known, bool adapt) {
   step_ = Step::SETTLE;
   angle_ = angle_deg * kStepsPerDegree;
   seen_ = 0.0F;
   known_ = known;
+  adapt_ = adapt;
   passed_ = second_ = false;
   // A long stroke against an obstacle loses the rotor itself.
   freed_ = angle_ > kQuarter;
@@ -86,12 +87,26 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
       seen_ = encoder - before_;
       const float share = seen_ / angle_;
       passed_ = fabsf(share - 1.0F) <= kTolerance;
+      if (adapt_ && fabsf(share + 1.0F) <= kTolerance) {
+        motion.driver().reverse();
+        adapt_ = freed_ = false;
+        ticks_ = 0;
+        step_ = Step::REVERSE;
+        return Result::RUNNING;
+      }
       // Reversed direction: no second try, every further step only does harm.
       if (share < -kTolerance) return Result::FAILED;
       step_ = Step::RETURN;
       stroke(motion, start_);
       return Result::RUNNING;
     }
+    case Step::REVERSE:
+      // The rotor may have followed the field to another place.
+      if (ticks_ < kSettle) return Result::RUNNING;
+      motion.rename(encoder);
+      step_ = Step::TAKE_UP;
+      stroke(motion, encoder + angle_);
+      return Result::RUNNING;
     case Step::RETURN:
       if (!reached(motion)) return Result::RUNNING;
       if (passed_) return Result::PASSED;

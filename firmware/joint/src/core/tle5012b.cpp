@@ -25,8 +25,7 @@ uint8_t safety_crc(const uint16_t* words, int count) {
 
 }  // namespace
 
-bool Tle5012b::setup(bool inverted) {
-  sign_ = inverted ? -1 : 1;
+bool Tle5012b::setup() {
   counts_ = change_ = 0;
   return read(angle_);
 }
@@ -56,8 +55,8 @@ bool Tle5012b::read(uint16_t& angle) {
 bool Tle5012b::sample() {
   uint16_t angle = 0;
   if (!read(angle)) return false;
-  // The shorter way round: at most half a turn per sample.
-  change_ = sign_ * (static_cast<int16_t>(static_cast<uint16_t>(angle - angle_) * 2U) / 2);
+  // The old angle minus the new one, the shorter way round: at most half a turn per sample.
+  change_ = static_cast<int16_t>(static_cast<uint16_t>(angle_ - angle) * 2U) / 2;
   previous_ = angle_;
   angle_ = angle;
   counts_ += change_;

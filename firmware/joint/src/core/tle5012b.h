@@ -11,14 +11,14 @@ class Tle5012b {
  public:
   explicit Tle5012b(Hal& hal) : hal_(hal) {}
 
-  // Reads the first angle; false while the chip has none yet. The direction is reversed here and
-  // not in the chip: a change of its settings needs a new checksum over them, and is lost when its
-  // supply dips.
-  bool setup(bool inverted);
+  // Reads the first angle; false while the chip has none yet.
+  bool setup();
 
   // Reads the angle; false if the answer fails its check. `counts` follows turns.
   bool sample();
-  // Multi-turn position [counts of 1/32768 turn].
+  // Multi-turn position [counts of 1/32768 turn]: minus the raw angle of the chip, as in the
+  // original firmware. The signs of reductions, homing directions and offsets of all arms were
+  // measured with that.
   int32_t counts() const { return counts_; }
   // Change in the last good sample [counts].
   int32_t change() const { return change_; }
@@ -35,7 +35,6 @@ class Tle5012b {
   bool ask(uint16_t address, uint16_t& data);
 
   Hal& hal_;
-  int32_t sign_ = 1;
   uint16_t angle_ = 0;
   uint16_t previous_ = 0;
   int32_t counts_ = 0;

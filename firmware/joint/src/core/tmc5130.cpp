@@ -1,6 +1,7 @@
 #include "tmc5130.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "units.h"
 
@@ -28,6 +29,7 @@ enum : uint8_t {
   VSTOP = 0x2B,
   TZEROWAIT = 0x2C,
   XTARGET = 0x2D,
+  MSLUTSEL = 0x68,
   CHOPCONF = 0x6C,
   DRV_STATUS = 0x6F,
   PWMCONF = 0x70,
@@ -36,6 +38,7 @@ enum : uint8_t {
 constexpr uint8_t kWrite = 0x80;
 // Current scaled from the reference input, and stealthChop below TPWMTHRS.
 constexpr uint32_t kGconf = 0x05;
+constexpr uint32_t kShaft = 0x10;
 constexpr uint32_t kTpwmthrs = 5000;
 // TBL 2, HSTRT 4, TOFF 2: the settings the arm was measured with.
 constexpr uint32_t kChopconf = 0x00010042;
@@ -46,7 +49,8 @@ constexpr uint32_t kPwmconf = 0x00050480;
 constexpr uint32_t kFreewheel = 1U << 20;
 constexpr uint32_t kShortCoils = 2U << 20;
 constexpr uint8_t kUndervoltage = 0x04;
-// A chip without its supply leaves the line low or high. No register reads all ones.
+constexpr uint32_t kWaves = 0xFFFF8056;  // Reset value of MSLUTSEL.
+// A chip that does not answer leaves the line low or high. Only a position reads all ones, as -1.
 constexpr uint32_t kHigh = 0xFFFFFFFF;
 // The acceleration phases A1 and D1 are off while V1 is 0, but must not be 0 themselves.
 constexpr uint32_t kFirstPhase = 600;
@@ -54,16 +58,76 @@ constexpr uint32_t kStopSpeed = 10;
 
 struct Setting {
   uint8_t address;
-  uint32_t value;
+  uint32_t initial;
 };
-// Constant settings, and the ramp: the power stage is open, so a ramp that an earlier boot left
-// running ends at once.
-constexpr Setting kSettings[] = {
-    {CHOPCONF, kChopconf}, {TPWMTHRS, kTpwmthrs}, {TPOWERDOWN, 10},   {VSTART, 0},
-    {A1, kFirstPhase},     {V1, 0},               {D1, kFirstPhase},  {VSTOP, kStopSpeed},
-    {TZEROWAIT, 0},        {AMAX, kAccelerationMax}, {DMAX, kAccelerationMax}, {RAMPMODE, 0},
+// In the order of the set-up. First those that decide about current and motion: the power stage is
+// open, so a ramp that an earlier boot left running ends at once.
+constexpr Setting kTable[] = {
+    {GCONF, kGconf},    {IHOLD_IRUN, 0},         {PWMCONF, kPwmconf | kFreewheel},
+    {VMAX, 0},          {CHOPCONF, kChopconf},   {TPWMTHRS, kTpwmthrs},
+    {TPOWERDOWN, 10},   {VSTART, 0},             {A1, kFirstPhase},
+    {V1, 0},            {D1, kFirstPhase},       {VSTOP, kStopSpeed},
+    {TZEROWAIT, 0},     {AMAX, kAccelerationMax}, {DMAX, kAccelerationMax},
+    {MSLUTSEL, kWaves}, {RAMPMODE, 0},           {XTARGET, 0},
 };
-constexpr size_t kSettingsAtOnce = 4;
+constexpr size_t kCount = sizeof(kTable) / sizeof(kTable[0]);
+// Written at once by begin_setup(), and by each continue_setup().
+constexpr size_t kFirst = 4;
+constexpr size_t kAtOnce = 4;
+
+constexpr size_t setting_of(uint8_t address) {
+  size_t setting = 0;
+  while (setting < kCount && kTable[setting].address != address) ++setting;
+  return setting;
+}
+constexpr size_t kGconfSetting = setting_of(GCONF), kCurrents = setting_of(IHOLD_IRUN),
+                 kPwm = setting_of(PWMCONF), kSpeed = setting_of(VMAX),
+                 kAcceleration = setting_of(AMAX), kDeceleration = setting_of(DMAX),
+                 kChopper = setting_of(CHOPCONF), kTarget = setting_of(XTARGET);
+
+// Registers read in turn: those that report, and the settings that can be read.
+struct Readable {
+  uint8_t address;
+  size_t setting = setting_of(address);  // kCount for those that report.
+};
+constexpr Readable kAsked[] = {{GSTAT},    {DRV_STATUS}, {XTARGET},  {DRV_STATUS},
+                               {RAMPMODE}, {DRV_STATUS}, {GCONF},    {DRV_STATUS},
+                               {IOIN},     {DRV_STATUS}, {XTARGET},  {DRV_STATUS},
+                               {RAMPMODE}, {DRV_STATUS}, {CHOPCONF}, {DRV_STATUS}};
+// Settings that cannot be read, written again in turn: one every few ticks.
+constexpr size_t kAgain[] = {setting_of(VSTART),   kSpeed,
+                             setting_of(V1),       kAcceleration,
+                             kDeceleration,        setting_of(TZEROWAIT),
+                             kPwm,                 setting_of(A1),
+                             setting_of(D1),       setting_of(VSTOP),
+                             setting_of(TPWMTHRS), setting_of(MSLUTSEL),
+                             setting_of(TPOWERDOWN), kCurrents};
+constexpr uint16_t kTicksBetween = 16;
+// The ramp's, as they are written after it has left its course; then a pause of so many ticks.
+constexpr size_t kRamp[] = {setting_of(RAMPMODE),  setting_of(VSTART), setting_of(V1),
+                            setting_of(TZEROWAIT), kAcceleration,      kDeceleration,
+                            kSpeed,                kTarget};
+constexpr uint8_t kCalm = 8;
+template <typename T, size_t size>
+constexpr size_t count(const T (&)[size]) { return size; }
+
+// A counter may move by its speed, by what the speed can change, and by this much that neither says
+// [steps]; a speed by the hardest acceleration and this much [1 of VACTUAL].
+constexpr float kCounterLeast = 16.0F;
+constexpr float kLate = 0.1F;
+constexpr float kSpeedLeast = 64.0F;
+// Share of a tick's change of speed that may be missing.
+constexpr float kMissing = 0.35F;
+// What is off is added up, with this share of the sum before, and may reach this share of a tick's change.
+constexpr float kForgetting = 0.75F;
+constexpr float kDrift = 0.5F;
+// Distance from the target at which a ramp ends at any moment [steps].
+constexpr float kEnd = 32.0F;
+// Change of VACTUAL in a second for 1 of AMAX: f / 2^17.
+constexpr float kRamping = 1e7F / 131072.0F;
+
+// A position is written again so often.
+constexpr int kAttempts = 3;
 
 uint32_t to_register(float value, float lsb, uint32_t limit) {
   const float steps = fabsf(value) / lsb;
@@ -87,14 +151,31 @@ uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
                            static_cast<uint8_t>(value)};
   uint8_t received[5] = {};
   hal_.driver_exchange(sent, received);
+  // Every datagram reports a reset and an error: at once, where GSTAT is read every 16th tick.
+  const uint8_t before = spi_status_;
   spi_status_ = received[0];
-  // Every datagram reports a reset: at once, where GSTAT is read every 16th tick.
-  if (spi_status_ != 0xFF) gstat_ |= spi_status_ & 0x01;
-  return static_cast<uint32_t>(received[1]) << 24 | static_cast<uint32_t>(received[2]) << 16 |
-         static_cast<uint32_t>(received[3]) << 8 | received[4];
+  if (spi_status_ != 0xFF && before != 0xFF) gstat_ |= spi_status_ & before & 0x03;
+  const uint32_t answer = static_cast<uint32_t>(received[1]) << 24 |
+                          static_cast<uint32_t>(received[2]) << 16 |
+                          static_cast<uint32_t>(received[3]) << 8 | received[4];
+  if (wrote_ != kNone && answer != written_) damaged_ = wrote_;
+  if (asking_) reported_ = answer;
+  asking_ = false;
+  wrote_ = kNone;
+  return answer;
 }
 
-void Tmc5130::write(uint8_t address, uint32_t value) { exchange(address | kWrite, value); }
+void Tmc5130::write(size_t setting) {
+  exchange(kTable[setting].address | kWrite, values_[setting]);
+  wrote_ = setting;
+  written_ = values_[setting];
+}
+
+void Tmc5130::set(size_t setting, uint32_t value) {
+  if (value == values_[setting]) return;
+  values_[setting] = value;
+  write(setting);
+}
 
 void Tmc5130::setup() {
   begin_setup();
@@ -102,67 +183,169 @@ void Tmc5130::setup() {
 }
 
 void Tmc5130::begin_setup() {
-  currents_ = speed_ = 0;
-  pwm_ = kPwmconf | kFreewheel;
-  acceleration_ = deceleration_ = kAccelerationMax;
-  write(GCONF, kGconf);
+  const uint32_t shaft = values_[kGconfSetting] & kShaft;
+  for (size_t setting = 0; setting < kCount; ++setting) values_[setting] = kTable[setting].initial;
+  values_[kGconfSetting] |= shaft;
   // Some revisions clear these bits when ones are written, others when they are read.
-  write(GSTAT, 0x07);
+  exchange(GSTAT | kWrite, 0x07);
   exchange(GSTAT, 0);
-  gstat_ = 0;
-  write(IHOLD_IRUN, currents_);
-  write(PWMCONF, pwm_);
-  write(VMAX, speed_);
-  set_up_ = 0;
+  gstat_ = spi_status_ = 0;
+  for (set_up_ = 0; set_up_ < kFirst; ++set_up_) write(set_up_);
 }
 
 void Tmc5130::continue_setup() {
-  constexpr size_t kCount = sizeof(kSettings) / sizeof(kSettings[0]);
-  for (size_t written = 0; written < kSettingsAtOnce && set_up_ < kCount; ++written) {
-    write(kSettings[set_up_].address, kSettings[set_up_].value);
-    ++set_up_;
+  for (size_t written = 0; written < kAtOnce && set_up_ < kCount; ++written, ++set_up_) {
+    if (set_up_ == kTarget) {
+      exchange(XACTUAL, 0);
+      position_ = static_cast<int32_t>(exchange(XACTUAL, 0));
+      velocity_ = 0;
+      read_at_ = hal_.micros();
+      values_[kTarget] = static_cast<uint32_t>(position_);
+    }
+    write(set_up_);
   }
-  if (set_up_ < kCount) return;
-  set_up_ = kReady;
-  exchange(XACTUAL, 0);
-  position_ = static_cast<int32_t>(exchange(XACTUAL, 0));
-  target_ = position_;
-  write(XTARGET, static_cast<uint32_t>(target_));
 }
 
-void Tmc5130::open_bridge() { write(CHOPCONF, kChopconf & ~kToff); }
+void Tmc5130::reverse() { set(kGconfSetting, values_[kGconfSetting] ^ kShaft); }
 
+void Tmc5130::open_bridge() { set(kChopper, kChopconf & ~kToff); }
+
+// Pipelined: each datagram returns the value that the previous one requested. A damaged bit can turn
+// a read into a write: so each carries the value that its register has.
 void Tmc5130::poll() {
-  // Pipelined: each datagram returns the value that the previous one requested.
-  exchange(XACTUAL, 0);
-  position_ = static_cast<int32_t>(exchange(VACTUAL, 0));
-  ++turn_;
-  const uint8_t asked = turn_ % 16 == 0 ? GSTAT : turn_ % 16 == 8 ? IOIN : DRV_STATUS;
-  const uint32_t raw = exchange(asked, 0);
-  velocity_ = static_cast<int32_t>(raw << 8) >> 8;  // 24 bits, signed
-  const uint32_t status = exchange(XACTUAL, 0);
-  if (status == kHigh || (asked == IOIN && silent(status))) {
-    gstat_ |= kUndervoltage;
-  } else if (asked == DRV_STATUS) {
-    drv_status_ = status;
-  } else if (asked == GSTAT) {
-    take(static_cast<uint8_t>(status & 0x07));
+  const uint32_t now = hal_.micros();
+  const uint32_t elapsed = now - read_at_;
+  const float seconds = static_cast<float>(elapsed) * 1e-6F;
+  const float moved = static_cast<float>(velocity_) * kVelocityLsb * seconds;
+  exchange(XACTUAL, static_cast<uint32_t>(position_ + static_cast<int32_t>(moved)));
+  const auto counter = static_cast<int32_t>(exchange(VACTUAL, 0));
+  take_status();
+  if (!doubted_) ++turn_;
+  asked_ = turn_ % count(kAsked);
+  const Readable& asked = kAsked[asked_];
+  wanted_ = asked.setting < kCount ? values_[asked.setting] : 0;
+  const uint32_t raw = exchange(asked.address, wanted_);
+  take_velocity(static_cast<int32_t>(raw << 8) >> 8, seconds);  // 24 bits, signed
+  take_position(counter, moved, seconds);
+  read_at_ = now;
+  asking_ = true;
+  if (ready() && turn_ % kTicksBetween == 0)
+    write(kAgain[turn_ / kTicksBetween % count(kAgain)]);
+}
+
+// A position that one answer alone shows is a damaged answer. One that the next answer confirms is
+// the counter's: something has written it.
+void Tmc5130::take_position(int32_t counter, float moved, float seconds) {
+  const auto change = static_cast<int32_t>(static_cast<uint32_t>(counter) - static_cast<uint32_t>(position_));
+  const float allowed = kCounterLeast + kLate * fabsf(moved) + kHardDeceleration * seconds * seconds;
+  const bool odd = fabsf(static_cast<float>(change) - moved) > allowed;
+  if (odd && !odd_position_) {
+    position_ += static_cast<int32_t>(lroundf(moved));
+  } else {
+    jumped_ = jumped_ || odd;
+    position_ = counter;
   }
+  odd_position_ = odd && !odd_position_;
+}
+
+void Tmc5130::take_velocity(int32_t velocity, float seconds) {
+  constexpr float kHardest = 1.1F * kHardDeceleration / kVelocityLsb;
+  const float allowed = kSpeedLeast + kHardest * seconds;
+  const bool odd = fabsf(static_cast<float>(velocity - velocity_)) > allowed;
+  if (!odd || odd_velocity_) {
+    if (calm_ != 0) --calm_;
+    if (calm_ != 0 || !ready()) {
+      drift_ = 0.0F;
+    } else {
+      strayed_ = strays(velocity, seconds);
+
+    }
+    velocity_ = velocity;
+  }
+  if (velocity_ == 0) disturbed_ = false;
+  odd_velocity_ = odd && !odd_velocity_;
+}
+
+// Whether the speed strays from the one that the ramp's settings give, after this time from the last
+// position and speed. A change of them takes effect within the tick, so a part of what it changes may
+// be missing, once.
+bool Tmc5130::strays(int32_t velocity, float seconds) {
+  if (velocity == 0 && velocity_ == 0 && static_cast<uint32_t>(position_) == values_[kTarget]) {
+    drift_ = 0.0F;
+    return false;
+  }
+  const float up = static_cast<float>(values_[kAcceleration]) * kRamping * seconds;
+  const float down = static_cast<float>(values_[kDeceleration]) * kRamping * seconds;
+  const float braking = static_cast<float>(values_[kDeceleration]) * kAccelerationLsb;
+  const auto most = static_cast<float>(values_[kSpeed]);
+  const auto way = static_cast<float>(static_cast<int32_t>(values_[kTarget]) - position_);
+  const float direction = way < 0.0F ? -1.0F : 1.0F;
+  const float before = static_cast<float>(velocity_) * direction;
+  const float after = static_cast<float>(velocity) * direction;
+  float off;
+  if (fabsf(way) <= kEnd) {
+    // It ends at any moment, or has passed: only a speed that is too high is wrong.
+    const float fastest = sqrtf(2.0F * braking * (fabsf(way) + kEnd)) / kVelocityLsb;
+    off = larger(0.0F, fabsf(after) - larger(fastest, fabsf(before) - down));
+  } else if (before < 0.0F) {
+    off = after - smaller(before + down, up);
+  } else {
+    const float left = larger(fabsf(way) - before * kVelocityLsb * seconds, 0.0F);
+    const float wanted = smaller(most, sqrtf(2.0F * braking * left) / kVelocityLsb);
+    off = after - (before > wanted ? larger(wanted, before - down) : smaller(wanted, before + up));
+  }
+  const float beyond = larger(0.0F, fabsf(off) - kSpeedLeast) / larger(up, down);
+  drift_ = kForgetting * drift_ + copysignf(beyond, off);
+  return beyond > kMissing || fabsf(drift_) > kDrift;
+}
+
+// What the tick before asked for.
+void Tmc5130::take_status() {
+  const uint32_t status = reported_;
+  const uint8_t asked = kAsked[asked_].address;
+  const bool mute = (status == kHigh && asked != XTARGET) || (asked == IOIN && silent(status));
+  const bool trouble = mute || (asked == GSTAT && (status & kUndervoltage) != 0);
+  if (trouble && doubted_) gstat_ |= kUndervoltage;
+  doubted_ = trouble && !doubted_;
+  if (mute) return;
+  if (const size_t setting = kAsked[asked_].setting; setting < kCount) {
+    if (ready() && status != wanted_) damaged_ = setting;
+  } else if (asked == DRV_STATUS) {
+    drv_status_ = status & last_drv_status_;
+    last_drv_status_ = status;
+  } else if (asked == GSTAT && (status & 0x07) != 0) {
+    clear_ = status & 0x07;  // It has just been read: see begin_setup().
+  }
+}
+
+void Tmc5130::finish() {
+  if (clear_ != 0) exchange(GSTAT | kWrite, clear_);
+  clear_ = 0;
+  if (wrote_ != kNone) exchange(XACTUAL, static_cast<uint32_t>(position_));
+  const size_t damaged = damaged_;
+  damaged_ = kNone;
+  // Those that a set-up has yet to write are not damaged.
+  if (damaged < set_up_) {
+    disturbed_ = true;
+    write(damaged);
+  }
+  if (!strayed_) return;
+  strayed_ = false;
+  disturbed_ = true;
+  calm_ = kCalm;
+  for (const size_t setting : kRamp) write(setting);
 }
 
 uint8_t Tmc5130::read_gstat() {
   exchange(IOIN, 0);
   const uint32_t ioin = exchange(GSTAT, 0);
-  const auto status = static_cast<uint8_t>(exchange(XACTUAL, 0) & 0x07);
+  const auto status = static_cast<uint8_t>(exchange(XACTUAL, static_cast<uint32_t>(position_)) & 0x07);
   if (silent(ioin)) return kUndervoltage;
-  take(status);
+  if (status != 0) {
+    gstat_ |= status;
+    exchange(GSTAT | kWrite, status);
+  }
   return status;
-}
-
-void Tmc5130::take(uint8_t status) {
-  if (status == 0) return;
-  gstat_ |= status;
-  write(GSTAT, status);  // It has just been read: see setup().
 }
 
 uint8_t Tmc5130::take_gstat() {
@@ -171,49 +354,49 @@ uint8_t Tmc5130::take_gstat() {
   return bits;
 }
 
-void Tmc5130::set_target(int32_t position) {
-  if (position == target_) return;
-  target_ = position;
-  write(XTARGET, static_cast<uint32_t>(position));
+bool Tmc5130::take_jump() {
+  const bool jumped = jumped_;
+  jumped_ = false;
+  return jumped;
 }
 
+void Tmc5130::set_target(int32_t position) { set(kTarget, static_cast<uint32_t>(position)); }
+
 void Tmc5130::set_speed(float steps_per_second) {
-  const uint32_t value = to_register(steps_per_second, kVelocityLsb, kVelocityMax);
-  if (value == speed_) return;
-  speed_ = value;
-  write(VMAX, value);
+  set(kSpeed, to_register(steps_per_second, kVelocityLsb, kVelocityMax));
 }
 
 void Tmc5130::set_acceleration(float acceleration, float deceleration) {
   // Zero would stop the ramp permanently, and DMAX = 0 is forbidden in positioning.
-  uint32_t up = to_register(acceleration, kAccelerationLsb, kAccelerationMax);
-  uint32_t down = to_register(deceleration, kAccelerationLsb, kAccelerationMax);
-  if (up == 0) up = 1;
-  if (down == 0) down = 1;
-  if (up != acceleration_) write(AMAX, acceleration_ = up);
-  if (down != deceleration_) write(DMAX, deceleration_ = down);
+  const uint32_t up = to_register(acceleration, kAccelerationLsb, kAccelerationMax);
+  const uint32_t down = to_register(deceleration, kAccelerationLsb, kAccelerationMax);
+  set(kAcceleration, up == 0 ? 1 : up);
+  set(kDeceleration, down == 0 ? 1 : down);
 }
 
 void Tmc5130::set_currents(uint8_t drive_percent, uint8_t hold_percent) {
-  const uint32_t value = current_scale(drive_percent) << 8 | current_scale(hold_percent);
-  if (value == currents_) return;
-  currents_ = value;
-  write(IHOLD_IRUN, value);
+  set(kCurrents, current_scale(drive_percent) << 8 | current_scale(hold_percent));
 }
 
 void Tmc5130::set_brake(BrakeMode mode) {
-  const uint32_t value = kPwmconf | (mode == BrakeMode::FREEWHEEL    ? kFreewheel
-                                     : mode == BrakeMode::COOL_BRAKE ? kShortCoils
-                                                                     : 0U);
-  if (value == pwm_) return;
-  pwm_ = value;
-  write(PWMCONF, value);
+  set(kPwm, kPwmconf | (mode == BrakeMode::FREEWHEEL    ? kFreewheel
+                        : mode == BrakeMode::COOL_BRAKE ? kShortCoils
+                                                        : 0U));
 }
 
 void Tmc5130::set_position(int32_t position) {
-  write(XACTUAL, static_cast<uint32_t>(position));
-  write(XTARGET, static_cast<uint32_t>(position));
-  position_ = target_ = position;
+  position_ = position;
+  odd_position_ = false;
+  values_[kTarget] = static_cast<uint32_t>(position);
+  // The second one returns what the first one wrote.
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    damaged_ = kNone;
+    exchange(XACTUAL | kWrite, static_cast<uint32_t>(position));
+    wrote_ = kCounter;
+    written_ = static_cast<uint32_t>(position);
+    write(kTarget);
+    if (damaged_ != kCounter) break;
+  }
 }
 
 }  // namespace bioscara

@@ -27,6 +27,10 @@ constexpr float kHardDeceleration = kAccelerationLsb * 65534.0F;
 // 20 rad/s^2 of the motor: even the reduced current of homing can do it with every load of the arm.
 constexpr float kBriskDeceleration = 163000.0F;
 
+// Of two numbers, neither of them NaN: fmaxf and fminf are calls.
+inline float larger(float one, float other) { return one > other ? one : other; }
+inline float smaller(float one, float other) { return one < other ? one : other; }
+
 inline float clamp(float value, float low, float high) {
   return value < low ? low : value > high ? high : value;
 }
