@@ -68,6 +68,7 @@ JOGS = ("tests/server/tasks/test_jogs.py",)
 EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
 EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
 EMULATED_BOOTLOADER = ("tests/firmware/test_emulated_bootloader.py",)
+EMULATED_DIAGNOSIS = ("tests/firmware/test_emulated_diagnosis.py",)
 EMULATED_TIMING = ("tests/firmware/test_emulated_timing.py",)
 FLASH = (
     "tests/flashing",
@@ -99,6 +100,20 @@ MUTANTS = (
         "bioscara::target.supervise();",
         "",
         EMULATED_BUS,
+    ),
+    Mutant(
+        "a clock that another joint holds is no bus error",
+        "I2cTarget::supervise",
+        "stood_ < kStuckTicks - 1",
+        "stood_ < 1",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "a driver whose power stage has no supply",
+        "driver_fault",
+        "(gstat & (kDriverError | kUndervoltage)) != 0",
+        "(gstat & kDriverError) != 0",
+        HOST,
     ),
     Mutant(
         "clearing of bus errors",
@@ -138,9 +153,37 @@ MUTANTS = (
     Mutant(
         "power stage opened by a fault of the processor",
         "open_and_reset",
-        "bioscara::pins::kDriverDisable.high(); stm32::reset();",
+        "bioscara::pins::kDriverDisable.high();",
+        "",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "restart after a fault of the processor",
+        "open_and_reset",
+        "stm32::reset();",
         "for (;;) { }",
         EMULATED_JOINT,
+    ),
+    Mutant(
+        "address of an exception only from a stack that was usable",
+        "exceptions::keep",
+        "stacked(frame, status)",
+        "(stacked(frame, status) || true)",
+        EMULATED_DIAGNOSIS,
+    ),
+    Mutant(
+        "no exception of before the power-up",
+        "exceptions::count_start",
+        "powered_up ||",
+        "(powered_up && false) ||",
+        EMULATED_DIAGNOSIS,
+    ),
+    Mutant(
+        "a block of a capture only once it is captured",
+        "Wire::decode",
+        "fits = capture_.holds(first);",
+        "",
+        HOST,
     ),
     Mutant(
         "crystal before anything runs",
@@ -242,8 +285,8 @@ MUTANTS = (
     ),
     Mutant(
         "an enabled joint is not flashed",
-        "_JointOnBus.prepare",
-        "not joint.session.flags & Flags.NOTENABLED",
+        "JointOnBus.require_disabled",
+        "not self._joint.session.flags & Flags.NOTENABLED",
         "False",
         FLASH,
     ),
@@ -256,16 +299,51 @@ MUTANTS = (
     ),
     Mutant(
         "another board in its bootloader than the joint on the bus",
-        "_JointOnBus.prepare",
+        "JointOnBus.prepare",
         "in_bootloader:",
         "False:",
         FLASH,
     ),
     Mutant(
         "a joint that did not restart was not flashed",
-        "_JointOnBus.confirm",
+        "JointOnBus.confirm",
         "or hello.boot_id == self._boot_id",
         "",
+        FLASH,
+    ),
+    Mutant(
+        "a joint that runs another image was not flashed",
+        "JointOnBus.confirm",
+        "or self.image not in (None, image.crc)",
+        "",
+        FLASH,
+    ),
+    Mutant(
+        "a board in its bootloader before all are flashed",
+        "flash_all.flash_all",
+        "_require_none_in_bootloader(programmer, options)",
+        "",
+        FLASH,
+    ),
+    Mutant(
+        "joints that cannot be flashed before any is",
+        "_find_waiting",
+        "if problems:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "the first failure stops the flashing of all",
+        "flash_all.flash_all",
+        "return status",
+        "continue",
+        FLASH,
+    ),
+    Mutant(
+        "a board is written as soon as it is the only one in its bootloader",
+        "flash_all._flash",
+        "board.connect()",
+        "programmer._serial = programmer.list_boards()[0].serial",
         FLASH,
     ),
     Mutant(
@@ -369,8 +447,8 @@ MUTANTS = (
     Mutant(
         "settings written anew keep the motor's direction",
         "Tmc5130::begin_setup",
-        "write(GCONF, gconf_);",
-        "write(GCONF, gconf_ = kGconf);",
+        "values_[kGconfSetting] |= shaft;",
+        "",
         HOST,
     ),
     Mutant(
@@ -431,7 +509,7 @@ MUTANTS = (
     ),
     Mutant(
         "a driver that does not answer, for want of supply",
-        "Tmc5130::poll",
+        "Tmc5130::take_status",
         "(asked == IOIN && silent(status))",
         "false",
         HOST,
@@ -1442,6 +1520,27 @@ MUTANTS = (
         "Session._transfer",
         "self.timing.free_from(message)",
         "0.0",
+        ORIGINAL,
+    ),
+    Mutant(
+        "a command to an original joint waits for the end of its orientation check",
+        "Session.exchange",
+        "self._await_check()",
+        "pass",
+        ORIGINAL,
+    ),
+    Mutant(
+        "an original joint that may be in a check is not stopped by the next host",
+        "Session._open_v1",
+        "if flags & Flags.BUSY and not flags & Flags.NOTHOMED:",
+        "if False:",
+        ORIGINAL,
+    ),
+    Mutant(
+        "a move in steps waits for a homing that was stopped",
+        "OriginalTiming.free_from",
+        "message in _AFTER_HOME",
+        "message in _DEFERRED",
         ORIGINAL,
     ),
     Mutant(

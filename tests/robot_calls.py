@@ -273,6 +273,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "reduced_speed": True,
                 "pace_homing": False,
                 "pace_motion": False,
+                "controllers_fed": False,
             },
         ),
         "Robot.connect": (

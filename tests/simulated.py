@@ -98,6 +98,7 @@ def simulated_bus(
     *,
     seed: int = 1,
     v1: bool | Collection[str] = False,
+    controllers_fed: bool = False,
     positions: Mapping[str, float] | None = None,
     frequency: float | None = 100e3,
     homed: bool = False,
@@ -108,6 +109,7 @@ def simulated_bus(
     Args:
         seed: Of the noise and of the faults.
         v1: True if all joints have their original firmware; or the names of such joints.
+        controllers_fed: Whether the controllers stay on without the arm's supply.
         positions: Where joints stand [rad or m], instead of :data:`NEAR`.
         frequency: Of the bus [Hz]; None for a bus that takes no time.
         homed: Whether an earlier program homed and disabled the joints; they were just switched on
@@ -115,7 +117,11 @@ def simulated_bus(
         at: Where it left homed joints [rad or m]; None for near their end stops.
     """
     arm = SimulatedArm(
-        seed=seed, v1=v1, positions={**NEAR, **(positions or {})}, frequency=frequency
+        seed=seed,
+        v1=v1,
+        controllers_fed=controllers_fed,
+        positions={**NEAR, **(positions or {})},
+        frequency=frequency,
     )
     bus = FirmwareBus(arm)
     if homed:
@@ -136,6 +142,7 @@ def simulated_robot(
     *,
     seed: int = 2,
     v1: bool = False,
+    controllers_fed: bool = False,
     frequency: float | None = 100e3,
     homed: bool = False,
     at: Sequence[float] | None = None,
@@ -148,13 +155,21 @@ def simulated_robot(
         evidence: Folder for evidence of faults; None for that of the robot.
         seed: See :func:`simulated_bus`.
         v1: Likewise.
+        controllers_fed: Likewise.
         frequency: Likewise.
         homed: Likewise.
         at: Likewise.
         parameters: Of the robot.
         **options: Further arguments of the robot, such as ``rate`` and ``gripper``.
     """
-    arm, bus = simulated_bus(seed=seed, v1=v1, frequency=frequency, homed=homed, at=at)
+    arm, bus = simulated_bus(
+        seed=seed,
+        v1=v1,
+        controllers_fed=controllers_fed,
+        frequency=frequency,
+        homed=homed,
+        at=at,
+    )
     if evidence is not None:
         options["evidence"] = evidence
     return SimulatedRobot(arm, bus, Robot(bus, arm.clock, parameters, "simulated", **options))
@@ -216,9 +231,20 @@ class World:
     """An arm near its end stops, its bus with faults, and four unused drivers."""
 
     def __init__(
-        self, *, v1: bool = False, v1_frames: bool = False, frequency: float | None = 400e3
+        self,
+        *,
+        v1: bool = False,
+        v1_frames: bool = False,
+        controllers_fed: bool = False,
+        frequency: float | None = 400e3,
     ) -> None:
-        self.arm = SimulatedArm(seed=1, v1=v1, v1_frames=v1_frames, frequency=frequency)
+        self.arm = SimulatedArm(
+            seed=1,
+            v1=v1,
+            v1_frames=v1_frames,
+            controllers_fed=controllers_fed,
+            frequency=frequency,
+        )
         for name, position in NEAR.items():
             self.arm.set_position(name, position)
             self.arm.reset(name)

@@ -35,7 +35,7 @@ SERVE = ("serve", "--name", NAME, "--speed", "1000", "--rate", "50")
 """How the arm is served: the cycles of a day take half as long as at 100 Hz."""
 GROWTH = 8 << 20
 """Memory that the owner may have gained since the first quarter [byte]: its rings fill up."""
-FAULTS = ("obstacle", "reset", "motor_power", "hang")
+FAULTS = ("obstacle", "reset", "supply", "hang")
 CAUSED = 60.0
 """Time after which a fault is not that of the last cause any more [s of the arm]."""
 
@@ -201,10 +201,10 @@ def soak(
 def cause(link: OwnerLink, rng: random.Random) -> None:
     """Let a joint fail, and repair it a moment later."""
     fault, joint = rng.choice(FAULTS), f"j{rng.randrange(1, 5)}"
-    off = {"obstacle": 0.1, "reset": 1.0, "motor_power": 0.0, "hang": 1.0}[fault]
+    off = {"obstacle": 0.1, "reset": 1.0, "supply": 0.0, "hang": 1.0}[fault]
     repair = {
         "obstacle": m.SimulateFault("clear_obstacles", joint),
-        "motor_power": m.SimulateFault("motor_power", joint, 1.0),
+        "supply": m.SimulateFault("supply", joint, 1.0),
         "hang": m.SimulateFault("hang", joint, 0.0),
     }.get(fault)
     link.request(m.SimulateFault(fault, joint, off))

@@ -218,11 +218,11 @@ def _give(page: Page, kinds: str, name: str, content: bytes) -> None:
 
 def _photograph_fault(camera: Camera, robot: RemoteRobot) -> None:
     robot.acquire_lease(force=True)
-    robot.simulate_fault("motor_power", value=0.0)
+    robot.simulate_fault("overheat", "j2")
     wait_for(camera.page, "fault")
     camera.take("run", "fault")
     camera.take("health", "fault")
-    robot.simulate_fault("motor_power", value=1.0)
+    robot.simulate_fault("overheat", "j2", 0.0)
     for _ in range(20):
         # The evidence of the fault is kept first.
         with suppress(BioscaraError):

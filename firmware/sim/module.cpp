@@ -175,6 +175,8 @@ NB_MODULE(_native, module) {
              plant.board().driver().power_up();
              plant.board().encoder().power_up();
            })
+      .def("set_motor_power",
+           [](Plant& plant, bool on) { plant.board().set_motor_power(on); })
       .def("reset_driver", [](Plant& plant) { plant.board().driver().power_up(); })
       .def("position", [](Plant& plant) { return plant.board().mechanics().position(); })
       .def("velocity", [](Plant& plant) { return plant.board().mechanics().velocity(); })

@@ -129,9 +129,15 @@ class Bench final : private bioscara::Hal {
 
   void hang(bool on) { hung_ = on; }
   void set_bus_errors(std::uint16_t count) { bus_errors_ = count; }
+  void set_exception(const bioscara::ExceptionRecord& record) { exception_ = record; }
+  // The light, and how often it was set.
+  bool lit() const { return lit_; }
+  int changes() const { return changes_; }
   // The joint has gone to its bootloader.
   bool left() const { return left_; }
   void stop_clock(bool on) { clock_stopped_ = on; }
+  // No driver chip is there: what the controller reads on its data line instead.
+  void unplug_driver(std::optional<std::uint8_t> level) { unplugged_ = level; }
   bioscara::sim::Mechanics& mechanics() { return mechanics_; }
   bioscara::sim::Tmc5130Chip& driver() { return driver_; }
   bioscara::sim::Tle5012bChip& encoder() { return encoder_; }
@@ -151,25 +157,34 @@ class Bench final : private bioscara::Hal {
     std::uint8_t arriving[5];
     std::copy_n(sent, 5, arriving);
     if (damaged && damages_sent_) damage_(arriving);
-    driver_.exchange(arriving, received);
+    if (unplugged_)
+      std::fill_n(received, 5, *unplugged_);
+    else
+      driver_.exchange(arriving, received);
     if (damaged && !damages_sent_) damage_(received);
     if (handler_ && sensed_ && (sent[0] & 0x80) != 0) std::exchange(handler_, nullptr)();
   }
   void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override {
     if (interrupt_) ++interrupt_exchanges_;
-    // As long as it takes on the board from reading the driver to commanding it.
-    if (!sensed_) pass(static_cast<double>(time_ - 1) * 1e-3 + kCommanding);
-    sensed_ = true;
     random_ = random_ * 1664525U + 1013904223U;
     encoder_.set_noise(static_cast<double>(random_ >> 8) / 16777216.0 - 0.5);
     encoder_.latch(mechanics_.rotor_turns());
     encoder_.exchange(command, words, count);
+    // As long as it takes on the board from reading the driver to commanding it.
+    if (!sensed_) pass(static_cast<double>(time_ - 1) * 1e-3 + kCommanding);
+    sensed_ = true;
   }
   void driver_enable(bool on) override { enabled_ = on; }
   ResetCause reset_cause() override { return cause_; }
   std::uint16_t boot_id() override { return boot_id_; }
   void feed_watchdog() override { ++feeds_; }
   std::uint16_t bus_errors() override { return bus_errors_; }
+  std::uint32_t image() override { return 0x1BADB002; }
+  bioscara::ExceptionRecord exception() override { return exception_; }
+  void indicate(bool lit) override {
+    lit_ = lit;
+    ++changes_;
+  }
   void enter_bootloader() override { left_ = true; }
   void lock() override {}
   void unlock() override {}
@@ -190,12 +205,16 @@ class Bench final : private bioscara::Hal {
   bool enabled_ = true;
   bool hung_ = false;
   bool left_ = false;
+  bool lit_ = false;
+  int changes_ = 0;
+  bioscara::ExceptionRecord exception_;
   bool early_ = true;
   std::uint16_t bus_errors_ = 0;
   bool clock_stopped_ = false;
   Damage damage_;
   bool damages_sent_ = false;
   long datagrams_ = 0, damaged_ = 0;
+  std::optional<std::uint8_t> unplugged_;
   bool interrupt_ = false;
   bool sensed_ = false;
   long time_ = 0;

@@ -60,6 +60,9 @@ class Answers final : public Hal {
   std::uint16_t boot_id() override { return 1; }
   void feed_watchdog() override {}
   std::uint16_t bus_errors() override { return 0; }
+  std::uint32_t image() override { return 0; }
+  ExceptionRecord exception() override { return {}; }
+  void indicate(bool) override {}
   void enter_bootloader() override {}
   void lock() override {}
   void unlock() override {}

@@ -27,6 +27,7 @@ class World:
 
     Args:
         v1: Whether its joints speak version 1 only.
+        controllers_fed: Whether its controllers stay on without the arm's supply.
         home: Whether the joints are homed and brought to ``at``.
         near: Where joints are when they are switched on [rad or m], instead of :data:`NEAR`.
         at: Where the joints are then [rad or m]; None leaves them near their end stops.
@@ -39,6 +40,7 @@ class World:
         self,
         *,
         v1: bool = False,
+        controllers_fed: bool = False,
         home: bool = True,
         near: Mapping[str, float] | None = None,
         at: Mapping[str, float] | None = None,
@@ -48,7 +50,12 @@ class World:
     ) -> None:
         goal = at and [at.get(name, NEAR[name]) for name in NAMES]
         self.arm, self.bus = simulated_bus(
-            v1=v1, positions=near, frequency=frequency, homed=home, at=goal
+            v1=v1,
+            controllers_fed=controllers_fed,
+            positions=near,
+            frequency=frequency,
+            homed=home,
+            at=goal,
         )
         self.clock = self.arm.clock
         self.rate = 50 if v1 else 100

@@ -102,12 +102,12 @@ def test_axe_finds_nothing_in_a_fault_and_with_old_values(
     robot = left.robot
     robot.acquire_lease(force=True)
     try:
-        robot.simulate_fault("motor_power", value=0.0)
+        robot.simulate_fault("overheat", "j2")
         wait_for_state(page, "fault")
         page.wait_for_selector("#faults .strip")
         found = {"fault": violations(page)}
     finally:
-        robot.simulate_fault("motor_power", value=1.0)
+        robot.simulate_fault("overheat", "j2", 0.0)
         recover(left, page)
     page.evaluate("document.getElementById('tab-run').click()")
     for state, age in (("stale", 500), ("gone", 5000)):

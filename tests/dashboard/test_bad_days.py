@@ -229,17 +229,17 @@ def test_a_fault_ends_a_hold_and_no_press_moves_the_arm_until_it_is_recovered(
     page: Page, left: Site
 ) -> None:
     hold(page, left.robot)
-    power = """(value) => bioscara.ask({
-        kind: "simulate_fault", fault: "motor_power", joint: "", value,
+    heat = """(value) => bioscara.ask({
+        kind: "simulate_fault", fault: "overheat", joint: "j2", value,
     })"""
-    rests(left.robot, lambda: page.evaluate(power, 0))
+    rests(left.robot, lambda: page.evaluate(heat, 1))
     wait_for_state(page, "fault")
     assert "No motion" in page.locator(".jog-status").inner_text()
     page.mouse.up()
     page.mouse.down()
     stays(left.robot)
     page.mouse.up()
-    page.evaluate(power, 1)
+    page.evaluate(heat, 0)
     left.robot.acquire_lease(force=True)
     wait_until(lambda: left.robot.fault_list().state != "stopping", "the arm rests")
     left.robot.acknowledge()

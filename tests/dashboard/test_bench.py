@@ -85,15 +85,12 @@ def test_a_fault_begins_and_ends_while_another_client_commands(page: Page, left:
 
 
 def test_the_code_of_a_control_does_the_same(page: Page, left: Site) -> None:
-    cut = card(page, "Power cut of all motors")
-    code = cut.locator("button.copy-python").evaluate("(button) => button.python()")
-    assert code == 'robot.simulate_fault("motor_power", "", 0.0)'
+    held = card(page, "Bus stuck low")
+    code = held.locator("button.copy-python").evaluate("(button) => button.python()")
+    assert code == 'robot.simulate_fault("bus_stuck", "", 1.0)'
     left.robot.acquire_lease(force=True)
     exec(code, {"robot": left.robot})
-    # Some joints notice it first.
-    wait_until(
-        lambda: "POWER_LOST" in {fault.kind.name for fault in left.robot.faults}, "the fault"
-    )
+    wait_until(lambda: "BUS_STUCK" in {fault.kind.name for fault in left.robot.faults}, "the fault")
     left.robot.release_lease()
     command(page)
     recovered(page, left)

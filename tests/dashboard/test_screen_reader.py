@@ -166,7 +166,7 @@ def test_a_fault_and_its_remedy_interrupt_what_is_read(
 ) -> None:
     left.robot.acquire_lease(force=True)
     try:
-        left.robot.simulate_fault("motor_power", value=0.0)
+        left.robot.simulate_fault("overheat", "j2")
         wait_for_state(page, "fault")
         remedy = ("Recover", "Acknowledge")
         wait_until(
@@ -175,7 +175,7 @@ def test_a_fault_and_its_remedy_interrupt_what_is_read(
         )
         wait_until(lambda: any("fault" in text for text in reader.live("polite")), "the state is")
     finally:
-        left.robot.simulate_fault("motor_power", value=1.0)
+        left.robot.simulate_fault("overheat", "j2", 0.0)
         for _ in range(20):
             with suppress(BioscaraError):
                 left.robot.acknowledge()

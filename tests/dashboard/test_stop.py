@@ -148,13 +148,13 @@ def test_stop_s1_it_stops_in_a_fault_too(page: Page, left: Site) -> None:
     robot = left.robot
     robot.acquire_lease(force=True)
     try:
-        robot.simulate_fault("motor_power", value=0.0)
+        robot.simulate_fault("overheat", "j2")
         wait_for_state(page, "fault")
         for way in (press, escape):
             arrives(page, left, way)
     finally:
         robot.acquire_lease(force=True)
-        robot.simulate_fault("motor_power", value=1.0)
+        robot.simulate_fault("overheat", "j2", 0.0)
         # The fault may need a moment until its evidence is kept.
         for _ in range(20):
             with suppress(BioscaraError):

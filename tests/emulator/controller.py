@@ -89,6 +89,8 @@ class Controller:
         self.sda = self.scl = 1
         self.others: set[int] = set()
         """Addresses of other targets on the bus; they acknowledge and send zeros."""
+        self.others_hold = 0.0
+        """How long each of these holds SCL low before it sends [s]."""
         self._released = Signal()
         self._holding, self._fell, self._let_go = False, 0, None
         self._moving: tuple[int, list[int | None]] | None = None
@@ -143,6 +145,8 @@ class Controller:
         if acknowledged and read:
             yield from self._start()
             acknowledged = not (yield from self._write(address << 1 | 1))
+            if self._foreign:
+                yield round(self.others_hold * SECOND)
             for index in range(read if acknowledged else 0):
                 received.append((yield from self._read(last=index == read - 1)))
         yield from self._stop()

@@ -34,6 +34,9 @@ from emulator.clock import (
 )
 
 HARD_FAULT, MEMORY_FAULT, BUS_FAULT, USAGE_FAULT = 3, 4, 5, 6
+FETCH_ERROR, ACCESS_ERROR, STACKING_ERROR = 1 << 8, 1 << 9, 1 << 12
+NO_INSTRUCTION, NO_STATE, NO_UNIT = 1 << 16, 1 << 17, 1 << 19
+"""Bits of the fault status, CFSR."""
 SUPERVISOR_CALL, PEND_SUPERVISOR, SYSTICK = 11, 14, 15
 FIRST_INTERRUPT = 16
 
@@ -126,6 +129,7 @@ class Cpu:
         self.stacks_floats = True
         self.vectors = 0
         self.handled_faults: set[int] = set()
+        self.fault_status = 0
         self._trap: int | None = None
         self._event = False
 
@@ -194,14 +198,16 @@ class Cpu:
         elif self._trap == 2:
             self.pend(SUPERVISOR_CALL)
         elif self._trap is not None:
-            self._fault(USAGE_FAULT if self._trap in {1, 17, 18} else BUS_FAULT)
+            self._fault(
+                {1: NO_INSTRUCTION, 17: NO_UNIT, 18: NO_STATE}.get(self._trap, ACCESS_ERROR)
+            )
         elif clock.why == LOST and self.pc == ROM_ENTRY:
             self.in_bootloader = True
         elif fault is not None or clock.why == LOST:
-            instruction = fault is not None and fault.errno == u.UC_ERR_INSN_INVALID
-            self._fault(USAGE_FAULT if instruction else BUS_FAULT)
+            errors = {u.UC_ERR_INSN_INVALID: NO_INSTRUCTION, u.UC_ERR_FETCH_UNMAPPED: FETCH_ERROR}
+            self._fault(FETCH_ERROR if fault is None else errors.get(fault.errno, ACCESS_ERROR))
         elif clock.why == NO_COPROCESSOR:
-            self._fault(USAGE_FAULT)
+            self._fault(NO_UNIT)
         elif clock.why == SLEEP:
             self._sleep()
         elif clock.why not in {DEADLINE, UNMASKED}:
@@ -304,6 +310,7 @@ class Cpu:
         elif exception != HARD_FAULT:
             # Stacking failed: the fault that this is runs in its place, and nothing was stacked.
             exception = run.exception = HARD_FAULT
+            self.fault_status |= STACKING_ERROR
         engine.reg_write(arm.UC_ARM_REG_SP, aligned)
         link = 0xFFFF_FFE1 if self.active else 0xFFFF_FFE9
         engine.reg_write(arm.UC_ARM_REG_LR, link if floats else link | 0x10)
@@ -343,7 +350,9 @@ class Cpu:
         if self.active:
             self.active[-1].nested += run.end - run.start
 
-    def _fault(self, exception: int) -> None:
+    def _fault(self, status: int) -> None:
+        self.fault_status |= status
+        exception = USAGE_FAULT if status >> 16 else BUS_FAULT
         if any(run.exception in {2, HARD_FAULT} for run in self.active):
             self.locked_up = True
             return

@@ -29,7 +29,6 @@ _FAULT_BITS = {16: MEMORY_FAULT, 17: BUS_FAULT, 18: USAGE_FAULT}
 _PLAIN = {
     _SCR: 0,
     _CCR: 0x200,
-    _CFSR: 0,
     _HFSR: 0,
     0xED30: 0,
     0xED34: 0,
@@ -125,6 +124,8 @@ class System:
             return active | pending[0] << 26 | pending[1] << 28
         if offset == _VTOR:
             return cpu.vectors
+        if offset == _CFSR:
+            return cpu.fault_status
         if offset == _AIRCR:
             return 0xFA05_0000 | cpu.group << 8
         if offset == _SHCSR:
@@ -207,7 +208,9 @@ class System:
         elif offset == _FPCCR:
             cpu.stacks_floats = bool(value >> 31)
             self.registers[offset] = value
-        elif offset in {_CFSR, _HFSR}:
+        elif offset == _CFSR:
+            cpu.fault_status &= ~value
+        elif offset == _HFSR:
             self.registers[offset] &= ~value
         elif offset == 0xEF00:
             cpu.pend(FIRST_INTERRUPT + (value & 0x1FF))

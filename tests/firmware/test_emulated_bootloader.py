@@ -17,6 +17,8 @@ pytestmark = [pytest.mark.usefixtures("images"), pytest.mark.timeout(600)]
 BLOCK = 2048
 """Block size of dfu-util [bytes]."""
 LENGTH_AT = FLASH + 0x210
+LIGHT = 4
+"""The pin of port C that has the LED."""
 
 
 @pytest.fixture
@@ -42,6 +44,7 @@ def _require_safe(board: Board) -> None:
     assert machine.gpio["A"].mode(1) == OUTPUT, "the enable pin is not driven"
     assert board.enables[-1][1] is False
     assert not board.plant.has_torque()
+    assert machine.gpio["C"].driven(LIGHT) == 1
 
 
 def test_a_flashing_that_breaks_off_after_any_block_leads_to_the_bootloader(board: Board) -> None:

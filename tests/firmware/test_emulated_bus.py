@@ -163,6 +163,38 @@ def test_bus_errors_are_counted_where_the_host_can_read_them(board: Board) -> No
     assert before + 4 <= board.read(Register.BUSERRORS)[0] <= before + 8
 
 
+def test_the_held_clocks_of_original_joints_are_no_bus_errors(board: Board) -> None:
+    """Three of them get a command each in a cycle, at every phase against the control tick."""
+    before = board.read(Register.BUSERRORS)
+    board.bus.others, board.bus.others_hold = {0x11, 0x12, 0x13}, 353e-6
+    begin = board.machine.seconds
+    for step in range(1, 161 if EVERY_BIT else 81):
+        for address in (0x11, 0x12, 0x13):
+            assert board.bus.transfer(address, b"\x15\x00\x00\x00\x00", 1).data == b"\x00"
+            board.machine.run(100e-6)
+        board.machine.run(begin + step * 10.05e-3 - board.machine.seconds)
+    board.bus.others, board.bus.others_hold = set(), 0.0
+    assert board.read(Register.BUSERRORS) == before
+
+
+@pytest.mark.parametrize("line", ["clock", "data"])
+def test_a_line_that_is_held_without_a_transfer_of_the_joint_is_one_bus_error(
+    board: Board, line: str
+) -> None:
+    before = board.read(Register.BUSERRORS)[0]
+    board.machine.run(20e-3)
+    if line == "clock":
+        board.bus.others, board.bus.others_hold = {0x11}, 30e-3
+        board.bus.transfer(0x11, b"\x15\x00\x00\x00\x00", 1)
+        board.bus.others, board.bus.others_hold = set(), 0.0
+    else:
+        board.bus.hold_sda(30e-3)
+        board.machine.run(30e-3 + 1e-5)
+    _answers(board, board.machine.seconds)
+    assert board.read(Register.BUSERRORS)[0] == before + 1
+    _sound(board)
+
+
 @pytest.mark.parametrize("flag", [i2c.ARLO, i2c.OVR, i2c.BERR, i2c.AF], ids=lambda f: f"{f:#x}")
 def test_error_flags_that_noise_sets_at_any_time_pass(board: Board, flag: int) -> None:
     address, frame, read = _track(board, 4)

@@ -360,6 +360,30 @@ def test_a_driver_that_resets_cuts_the_motor_and_can_be_set_up_again(
     assert board.plant.has_torque()
 
 
+def test_a_motor_supply_that_is_cut_alone_is_a_fault_and_its_return_closes_nothing(
+    board: Board,
+) -> None:
+    board.ready()
+    boots, angle = len(board.machine.resets), board.read(Register.ANGLEMOVED)[0]
+    board.plant.set_motor_power(False)
+    cut = board.machine.seconds
+    board.run(0.04)
+    assert board.fault() is Fault.DRIVER
+    opened, closed = board.enables[-1]
+    assert not closed
+    assert opened - cut < 0.04
+    board.plant.set_motor_power(True)
+    board.run(0.5)
+    assert board.enables[-1] == (opened, False)
+    assert board.fault() is Fault.DRIVER
+    assert len(board.machine.resets) == boots
+    assert board.read(Register.ANGLEMOVED)[0] == pytest.approx(angle, abs=2.0)
+    board.write(Register.CLEARFAULT, Fault.DRIVER)
+    board.write(Register.SETUP, 20, 20)
+    assert not board.idle() & (Flags.NOTENABLED | Flags.FAULT)
+    assert board.plant.has_torque()
+
+
 def test_the_tick_runs_every_millisecond_whatever_the_bus_does(board: Board) -> None:
     board.boot()
     board.arm()

@@ -15,7 +15,7 @@ from bioscara.protocol.codec import field_bounds
 from bioscara.protocol.rows import Field, Kind
 from firmware.host import Host
 
-OTHERWISE = {"ARM", "DISARM", "BOOTLOADER", "TRACK", "TRACKLOAD", "CLEARFAULT"}
+OTHERWISE = {"ARM", "DISARM", "BOOTLOADER", "TRACK", "TRACKLOAD", "CLEARFAULT", "CAPTUREBLOCK"}
 """Registers whose values the joint judges by its state."""
 
 

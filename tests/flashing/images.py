@@ -20,3 +20,8 @@ def sealed(content: bytes | bytearray) -> bytes:
     sealed[0x214:0x218] = b"\xff\xff\xff\xff"
     sealed[0x214:0x218] = zlib.crc32(sealed).to_bytes(4, "little")
     return bytes(sealed)
+
+
+def crc_of(content: bytes) -> int:
+    """Return the CRC-32 of an image that is whole."""
+    return int.from_bytes(content[0x214:0x218], "little")

@@ -300,35 +300,29 @@ def test_no_joint_that_answers_is_an_error_of_the_whole() -> None:
     assert arm.set_state(LifecycleState.ACTIVE) is LifecycleState.ACTIVE
 
 
-@pytest.mark.parametrize("dead", [False, True], ids=["logic alive", "logic dead"])
+@pytest.mark.parametrize("fed", [False, True], ids=["as built", "controllers fed"])
 def test_usr1_usr2_power_that_comes_back_moves_nothing_and_the_arm_can_be_enabled(
-    dead: bool,
+    fed: bool,
 ) -> None:
-    world = Stack()
+    world = Stack(controllers_fed=fed)
     world.switch("hold")
     world.run(0.1)
-    if dead:
-        for name in NAMES:
-            world.arm.set_power(name, False)
-    else:
-        world.arm.set_motor_power(False)
+    world.arm.set_supply(False)
     world.run(0.5)
     before = [world.arm.position(name) for name in NAMES]
     world.hardware.set_state(LifecycleState.UNCONFIGURED) if world.hardware.available else None
-    if dead:
+    if not fed:
         with pytest.raises(BioscaraError):
             world.hardware.configure()
-        for name in NAMES:
-            world.arm.set_power(name, True)
-    world.arm.set_motor_power(True)
+    world.arm.set_supply(True)
     world.arm.run(0.5)
     for name, position in zip(NAMES, before, strict=True):
         assert world.arm.position(name) == pytest.approx(position, abs=0.01)
     world.hardware.configure()
     world.hardware.clear_faults()
     world.hardware.activate()
-    assert [axis.homed for axis in world.hardware.axes] == [not dead] * 4
-    if dead:
+    assert [axis.homed for axis in world.hardware.axes] == [fed] * 4
+    if not fed:
         with pytest.raises(NotHomedError):
             world.joint("j1").get_position()
 

@@ -69,9 +69,12 @@ class World:
 
 
 @contextmanager
-def world(folder: Path, *, homed: bool = True, at: tuple[float, ...] = HALF) -> Iterator[World]:
+def world(
+    folder: Path, *, homed: bool = True, at: tuple[float, ...] = HALF, fed: bool = False
+) -> Iterator[World]:
     evidence = folder / "faults"
-    bus = simulated_bus(seed=2, homed=homed, at=at if homed else tuple(NEAR.values()))
+    where = at if homed else tuple(NEAR.values())
+    bus = simulated_bus(seed=2, homed=homed, at=where, controllers_fed=fed)
     robot = own_robot(evidence, arm=bus.arm)
     with robot:
         robot.enable()
@@ -89,6 +92,7 @@ class Remedy(NamedTuple):
         follow: Does what it says; None where that is to make another call.
         then: What works afterwards; by default what was refused.
         at: Where the arm stands; None for an arm that is not homed.
+        fed: Whether its controllers stay on without the arm's supply.
     """
 
     when: str
@@ -98,6 +102,7 @@ class Remedy(NamedTuple):
     follow: Callable[[World], object] | None = None
     then: Callable[[World], object] | None = None
     at: tuple[float, ...] | None = HALF
+    fed: bool = False
 
 
 def check(remedy: Remedy, w: World) -> None:
@@ -140,7 +145,7 @@ def move(w: World) -> None:
 
 
 def acknowledged(w: World) -> None:
-    w.fail("motor_power", "", 0.0)
+    w.fail("overheat", "j2")
     w.bench.apply("clear")
     w.robot.acknowledge()
     w.move()
@@ -148,14 +153,14 @@ def acknowledged(w: World) -> None:
 
 def recovered_at_once(w: World) -> None:
     if not w.robot.faults:
-        w.fail("motor_power", "", 0.0)
+        w.fail("overheat", "j2")
         w.bench.apply("clear")
     w.robot.recover()
 
 
 def recovered_without_supply(w: World) -> None:
     if not w.robot.faults:
-        w.fail("motor_power", "", 0.0)
+        w.fail("supply", "", 0.0)
         w.robot.acknowledge()
     w.robot.recover()
 
@@ -168,7 +173,7 @@ def blocked(w: World) -> None:
 def unwritable(w: World) -> None:
     if not w.robot.faults:
         w.evidence.write_text("")
-        w.fail("motor_power", "", 0.0)
+        w.fail("overheat", "j2")
     w.robot.acknowledge()
 
 
@@ -267,16 +272,23 @@ REMEDIES = (
            failed("bus_stuck"), repaired(), move),
     Remedy("a bus that loses everything", e.FaultedError, "then acknowledge() and recover()",
            failed("bus_loss"), repaired(), move),
-    Remedy("no motor supply", e.FaultedError,
-           "restore the motor supply; then acknowledge() and recover()",
-           failed("motor_power", "", 0.0), repaired(), move),
+    Remedy("an emergency stop", e.FaultedError,
+           "release the emergency stop or restore the supply; then acknowledge() and recover()",
+           failed("supply", "", 0.0), repaired(home=True), move),
+    Remedy("no supply of the motors alone, which needs controllers that are fed from elsewhere",
+           e.FaultedError,
+           "release the emergency stop or restore the supply; then acknowledge() and recover()",
+           failed("supply", "", 0.0), repaired(), move, fed=True),
     Remedy("a motion after an acknowledged fault", e.FaultedError, "; then recover()",
            acknowledged, lambda w: w.robot.recover(), move),
     Remedy("`recover()` before `acknowledge()`", e.FaultedError, "then acknowledge()",
            recovered_at_once, lambda w: w.robot.acknowledge()),
-    Remedy("`recover()` while the motor supply is off", e.JointFaultError,
-           "restore the motor supply, then recover() again",
-           recovered_without_supply, lambda w: w.bench.apply("motor_power", "", 1.0)),
+    Remedy("`recover()` while the supply is off", e.NoAcknowledgeError,
+           "restore the supply, then recover() again",
+           recovered_without_supply, lambda w: w.bench.apply("supply", "", 1.0)),
+    Remedy("`recover()` while the supply of the motors alone is off", e.JointFaultError,
+           "restore the supply, then recover() again",
+           recovered_without_supply, lambda w: w.bench.apply("supply", "", 1.0), fed=True),
     Remedy("`acknowledge()` where the evidence cannot be written", e.RecordingError,
            "make the folder writable, and acknowledge() again",
            unwritable, lambda w: w.evidence.unlink()),
@@ -391,7 +403,8 @@ def test_a_remedy_of_a_served_arm_gets_further(remedy: Remedy, tmp_path: Path) -
 
 @pytest.mark.parametrize("remedy", REMEDIES, ids=lambda row: row.when)
 def test_a_remedy_that_is_followed_gets_further(remedy: Remedy, tmp_path: Path) -> None:
-    with world(tmp_path, homed=remedy.at is not None, at=remedy.at or HALF) as w:
+    at, homed = remedy.at or HALF, remedy.at is not None
+    with world(tmp_path, homed=homed, at=at, fed=remedy.fed) as w:
         check(remedy, w)
 
 

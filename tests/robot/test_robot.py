@@ -47,8 +47,8 @@ START = (-2.0, 0.30, 2.0, 2.0)
 class Scene:
     """A robot, and the simulated arm behind it."""
 
-    def __init__(self, evidence: Path, at: Sequence[float] | None = None) -> None:
-        self.arm, _, self.robot = simulated_robot(evidence, homed=at is not None, at=at)
+    def __init__(self, evidence: Path, at: Sequence[float] | None = None, **options: bool) -> None:
+        self.arm, _, self.robot = simulated_robot(evidence, homed=at is not None, at=at, **options)
 
     def speeds(self) -> list[float]:
         """Speeds once the belts have swung out."""
@@ -464,18 +464,21 @@ def test_all_faults_before_the_acknowledgement_are_acknowledged(homed: Scene) ->
     assert [fault.source for fault in homed.robot.acknowledge()] == ["j1", "j3"]
 
 
-def test_usr3_after_a_pause_the_state_is_current(homed: Scene) -> None:
-    homed.arm.set_motor_power(on=False)
-    for _ in range(100):
-        homed.arm.push("j4", 0.3 if homed.arm.velocity("j4") < 1.0 else 0.0)
-        homed.arm.run(0.01)
-    homed.arm.push("j4", 0.0)
-    homed.arm.run(1.0)
-    there = homed.arm.position("j4")
-    assert there > START[3] + 0.3
-    state = homed.robot.state
-    assert state.positions[3] == pytest.approx(there, abs=5e-3)
-    assert all(stamp >= state.time for stamp in state.stamps)
+def test_usr3_after_a_pause_the_state_is_current(tmp_path: Path) -> None:
+    homed = Scene(tmp_path, START, controllers_fed=True)
+    with homed.robot:
+        homed.robot.move_joints(START)
+        homed.arm.set_supply(on=False)
+        for _ in range(100):
+            homed.arm.push("j4", 0.3 if homed.arm.velocity("j4") < 1.0 else 0.0)
+            homed.arm.run(0.01)
+        homed.arm.push("j4", 0.0)
+        homed.arm.run(1.0)
+        there = homed.arm.position("j4")
+        assert there > START[3] + 0.3
+        state = homed.robot.state
+        assert state.positions[3] == pytest.approx(there, abs=5e-3)
+        assert all(stamp >= state.time for stamp in state.stamps)
 
 
 def test_fw1_after_a_joint_restarted_the_pose_is_unknown_until_it_is_homed(homed: Scene) -> None:
@@ -577,15 +580,18 @@ def test_a_simulated_arm_fails_at_rest_and_in_a_callback_of_its_motion(tmp_path:
 
         def fail(record: CycleRecord) -> None:
             if record.phase is Phase.TRAJECTORY and not robot.faults:
-                robot.simulate_fault("motor_power")
+                robot.simulate_fault("supply")
 
         with pytest.raises(BioscaraError):
             robot.unfold(on_cycle=fail)
         assert FaultKind.POWER_LOST in {fault.kind for fault in robot.faults}
         robot.simulate_fault("clear")
+        robot.clock.sleep_until(robot.clock.now() + 0.1)
         robot.acknowledge()
         robot.recover()
-        robot.enable()
+        # The controllers restarted with their supply.
+        with pytest.raises(NotHomedError):
+            robot.unfold()
 
 
 def test_a_brown_out_is_over_after_its_time(tmp_path: Path) -> None:
@@ -596,7 +602,7 @@ def test_a_brown_out_is_over_after_its_time(tmp_path: Path) -> None:
             robot.unfold()
         robot.acknowledge()
         begin = robot.clock.now()
-        while robot.clock.now() < begin + 0.3:
+        while robot.clock.now() < begin + 0.35:
             robot.clock.sleep_until(robot.clock.now() + 0.05)
         robot.recover()
         robot.enable()

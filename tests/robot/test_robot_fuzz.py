@@ -95,7 +95,8 @@ class Fuzz:
     def __init__(self, seed: int, folder: Path) -> None:
         self.random = random.Random(seed)
         self.v1 = self.random.random() < 0.5
-        self.arm = SimulatedArm(seed=seed, positions=NEAR, v1=self.v1)
+        fed = self.random.random() < 0.5
+        self.arm = SimulatedArm(seed=seed, positions=NEAR, v1=self.v1, controllers_fed=fed)
         self.faulty = FaultyBus(FirmwareBus(self.arm), seed=seed, clock=self.arm.clock)
         self.tap = Tap(self.faulty, self.arm)
         self.servo = SimulatedServo(ARM.gripper.outputs[0])
@@ -228,7 +229,7 @@ class Fuzz:
                 (f"no ack {joint}", lambda: self.faulty.off(When(address=address))),
                 ("bus off", self.faulty.off),
                 ("bus gone", lambda: self.faulty.unavailable(self.random.choice((1, 3, 40)))),
-                ("estop", lambda: self.arm.set_motor_power(False)),
+                ("estop", lambda: self.arm.set_supply(False)),
                 (f"hot {joint}", lambda: self.arm.overheat(joint)),
                 ("late", lambda: self.arm.run(self.random.choice((0.02, 0.2, 0.7)))),
                 ("speed 0.1", lambda: setattr(self.robot, "speed_override", 0.1)),
@@ -247,10 +248,10 @@ class Fuzz:
     def heal(self) -> None:
         self.home_in_doubt = False
         self.faulty.clear()
-        self.arm.set_motor_power(True)
+        self.arm.set_supply(True)
         for name in NAMES:
             if self.v1:
-                # An original joint that holds the clock, or lost its motor supply, needs it.
+                # An original joint that holds the clock needs it.
                 self.arm.set_power(name, False)
             self.arm.set_power(name, True)
             self.arm.overheat(name, False)

@@ -113,12 +113,12 @@ def test_a_fault_at_rest_is_seen_by_the_next_call(ros: Ros, ros_rig: Rig) -> Non
     energise(ros)
     ros.spawn(VELOCITY)
     ros.switch((), [VELOCITY])
-    simulate(ros_rig, "motor_power", value=0.0)
+    simulate(ros_rig, "overheat", "j2")
     wait_until(lambda: bool(faults(ros)), "a fault of the arm")
     answer = ros.switch([VELOCITY])
     assert not answer["ok"]
     assert answer["message"]
-    simulate(ros_rig, "motor_power", value=1.0)
+    simulate(ros_rig, "overheat", "j2", 0.0)
     recover(ros)
     energise(ros)
     assert ros.switch([VELOCITY])["ok"]

@@ -62,7 +62,7 @@ def test_a_joint_at_rest_is_simulated_as_if_each_of_its_steps_were_computed() ->
         arm.slip_belt("j4", 0.01)
         arm.set_friction("j2", 0.1)
         passes()
-        arm.set_motor_power(False)
+        arm.set_supply(False)
         passes()
         arm.add_obstacle("j2", arm.position("j2") - 1e-3)
         passes()

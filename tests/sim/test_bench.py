@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.bus import Transaction
-from bioscara.errors import BusStuckError, CommunicationError, InvalidArgumentError, LimitError
+from bioscara.errors import (
+    BusStuckError,
+    CommunicationError,
+    InvalidArgumentError,
+    LimitError,
+    NoAcknowledgeError,
+)
 from bioscara.protocol import Register
 from bioscara.sim import BenchBus, SimulatedArm
 from bioscara.sim.bench import FAULTS
@@ -65,21 +71,53 @@ def test_a_brown_out_ends_automatically_and_the_arm_reports_it(bus: BenchBus) ->
     said: list[str] = []
     bus.bench.changed = said.append
     bus.bench.apply("brown_out", value=0.5)
-    begin = bus.arm.now()
-    bus.bench.step(begin + 0.4)
+    bus.arm.run(0.45)
+    assert isinstance(bus.transfer([PING])[0], NoAcknowledgeError)
     assert listed(bus) == [("brown_out", "", 0.5)]
-    bus.bench.step(begin + 0.5)
+    bus.arm.run(0.1)
+    # The joints have booted by the first exchange after it.
+    assert isinstance(bus.transfer([PING])[0], bytes)
     assert listed(bus) == []
     assert said == ["brown_out is over"]
 
 
 def test_a_brown_out_does_not_bring_a_supply_back_that_is_off(bus: BenchBus) -> None:
     bus.bench.apply("brown_out", value=0.5)
-    bus.bench.apply("motor_power", value=0.0)
-    bus.bench.step(bus.arm.now() + 1.0)
-    assert listed(bus) == [("motor_power", "", 0.0)]
-    bus.bench.apply("motor_power", value=1.0)
+    bus.bench.apply("supply", value=0.0)
+    bus.bench.apply("brown_out", value=0.2)
+    bus.arm.run(1.0)
+    assert isinstance(bus.transfer([PING])[0], NoAcknowledgeError)
+    assert listed(bus) == [("supply", "", 0.0)]
+    bus.bench.apply("supply", value=1.0)
+    bus.arm.run(0.1)
+    assert isinstance(bus.transfer([PING])[0], bytes)
     assert listed(bus) == []
+
+
+def test_a_joint_that_is_unplugged_stays_off_when_the_supply_is_back(bus: BenchBus) -> None:
+    bus.bench.apply("power", "j1")
+    bus.bench.apply("hang", "j2")
+    bus.bench.apply("supply")
+    bus.bench.apply("supply", value=1.0)
+    bus.arm.run(0.1)
+    assert listed(bus) == [("power", "j1", 0.0)]
+    others = [PING._replace(address=address) for address in (0x12, 0x13, 0x14)]
+    first, *rest = bus.transfer([PING, *others])
+    assert isinstance(first, NoAcknowledgeError)
+    assert all(isinstance(answer, bytes) for answer in rest)
+
+
+def test_only_the_motors_of_controllers_that_are_fed_lose_their_power() -> None:
+    bus = BenchBus(SimulatedArm(seed=1, positions=NEAR, controllers_fed=True), seed=1)
+    bus.bench.apply("hang", "j2")
+    bus.bench.apply("supply")
+    assert isinstance(bus.transfer([PING])[0], bytes)
+    assert listed(bus) == [("hang", "j2", 1.0), ("supply", "", 0.0)]
+
+
+def test_a_motor_supply_of_its_own_is_refused_with_the_remedy(bus: BenchBus) -> None:
+    with pytest.raises(InvalidArgumentError, match=r"motor_power'; supply .* controllers_fed=True"):
+        bus.bench.apply("motor_power", value=0.0)
 
 
 def test_our_firmware_does_not_hang_for_long(bus: BenchBus) -> None:

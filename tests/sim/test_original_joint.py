@@ -209,7 +209,7 @@ def test_a_deferred_command_starts_when_the_loop_comes_round() -> None:
         joint.enable()
         joint.arm.run(0.1 + 0.000731 * scene)
         before = joint.arm.field("j4")
-        assert joint.write(Register.MOVESTEPS, 20000) & BUSY
+        assert joint.write(Register.CHECKORIENTATION, 10.0) & BUSY
         begun = joint.arm.now()
         while abs(joint.arm.field("j4") - before) < 0.5:
             joint.arm.run(0.0001)
@@ -220,7 +220,6 @@ def test_a_deferred_command_starts_when_the_loop_comes_round() -> None:
 
 DEFERRED: list[tuple[Register, tuple[float, ...]]] = [
     (Register.HOME, (1, 20, 30, 15)),
-    (Register.MOVESTEPS, (20000,)),
     (Register.CHECKORIENTATION, (5.0,)),
 ]
 
@@ -241,17 +240,26 @@ def test_home_followed_by_a_frame_within_10_ms_is_lost(
     joint.write(Register.SETUP, 20, 20)
     joint.write(register, *values)
     joint.arm.run(QUIET)
-    assert joint.flags() & BUSY or register is Register.MOVESTEPS
+    assert joint.flags() & BUSY
     assert not joint.stands(1.0)
 
 
 def test_a_write_without_a_read_executes_nothing_and_still_loses_the_command() -> None:
     joint = Original("j4")
     joint.enable()
-    joint.write(Register.MOVESTEPS, 20000)
+    joint.write(Register.CHECKORIENTATION, 10.0)
     joint.exchange(b"\x29\x00", 0)
     assert joint.stands()
     assert joint.flags() & BUSY
+
+
+def test_movesteps_is_executed_at_once_and_not_busy() -> None:
+    joint = Original("j4")
+    joint.enable()
+    assert joint.exchange(b"\x13\x88\x13\x00\x00") == b"\x04"
+    assert joint.exchange(b"\x0f", 2) == b"\x4f\x04"
+    joint.arm.run(0.5)
+    assert joint.number(Register.ANGLEMOVED) == pytest.approx(35.16, abs=1.5)
 
 
 def test_a_read_without_a_write_executes_the_last_command_again() -> None:
@@ -390,6 +398,67 @@ def test_stop_ignores_its_mode() -> None:
         travel.append(joint.arm.field("j4") - before)
     # v^2 / 2a of 1800 deg/s and 5000 deg/s^2, in microsteps, both times.
     assert travel == pytest.approx([324.0 * STEPS_PER_DEG] * 2, rel=0.02)
+
+
+# STOP within an orientation check.
+
+
+def stopped_in_its_check() -> Original:
+    """Return a joint that a STOP reached before the first target of its check, 10 degrees ahead."""
+    joint = Original("j4")
+    joint.arm.remove_stops("j4")
+    joint.enable(rpm=9.4)
+    joint.write(Register.ENABLESTALLGUARD, 6)
+    joint.write(Register.CHECKORIENTATION, 10.0)
+    joint.arm.run(0.1)
+    assert joint.flags() == NOTHOMED | BUSY
+    assert joint.write(Register.STOP, 0) == NOTHOMED
+    joint.arm.run(0.1)
+    assert joint.stands()
+    assert 1.0 < joint.number(Register.ANGLEMOVED) < 9.0
+    return joint
+
+
+def test_a_stop_leaves_the_check_waiting_without_deadman_stall_detection_and_main_loop() -> None:
+    joint = stopped_in_its_check()
+    joint.write(Register.SETRPM, -30.0)
+    joint.arm.run(2.0)
+    assert joint.speed() == pytest.approx(-30.0, abs=0.1)
+    assert joint.flags() == NOTHOMED
+    joint.arm.add_obstacle("j4", joint.arm.position("j4") - 0.1)
+    joint.arm.run(2.0)
+    assert joint.flags() == NOTHOMED
+    joint.write(Register.STOP, 0)
+    joint.write(Register.HOME, 1, 20, 30, 15)
+    joint.arm.run(10.0)
+    assert joint.flags() == NOTHOMED | BUSY
+    assert joint.stands()
+
+
+@pytest.mark.parametrize("rpm", [10.0, 20.0, 30.0])
+def test_a_speed_across_the_old_target_lets_the_check_turn_the_joint_back(rpm: float) -> None:
+    joint = stopped_in_its_check()
+    joint.write(Register.SETRPM, rpm)
+    speeds = []
+    for _ in range(200):
+        joint.arm.run(0.01)
+        speeds.append(joint.speed())
+    assert max(speeds) == pytest.approx(rpm, abs=0.1)
+    # 10 degrees at 9.4 rpm, twice.
+    assert min(speeds) == pytest.approx(-9.4, abs=0.1)
+    assert 0.3 < 0.01 * sum(speed < -5.0 for speed in speeds) < 0.6
+    # The check has ended, and the deadman of that speed is alive again.
+    assert speeds[-1] == pytest.approx(0.0, abs=0.1)
+    assert joint.flags() == NOTHOMED | NOTENABLED
+
+
+def test_enabling_after_a_stop_lets_the_check_move_on() -> None:
+    joint = stopped_in_its_check()
+    before = joint.number(Register.ANGLEMOVED)
+    joint.write(Register.SETUP, 20, 20)
+    joint.arm.run(0.15)
+    # The target of SETUP is where the joint stands, so that the check goes on.
+    assert abs(joint.number(Register.ANGLEMOVED) - before) > 3.0
 
 
 # Acceleration.
@@ -535,43 +604,54 @@ def test_a_current_of_zero_is_not_enabled_and_another_current_does_not_help(
     assert not joint.write(Register.SETUP, 20, 20) & NOTENABLED
 
 
-def test_a_motor_supply_that_was_lost_leaves_a_joint_that_enables_without_torque() -> None:
-    joint = Original("j4")
+def test_a_joint_loses_its_power_with_the_supply_and_starts_when_it_is_back() -> None:
+    joint = spinning()
+    joint.arm.set_supply(on=False)
+    joint.arm.run(0.5)
+    with pytest.raises(NoAcknowledgeError):
+        joint.flags()
+    assert not joint.arm.has_torque("j4")
+    joint.arm.set_supply(on=True)
+    joint.arm.run(1.0)
+    assert joint.flags() == NOTHOMED | NOTENABLED
+    assert joint.stands()
+
+
+def test_a_joint_whose_controller_is_fed_does_not_notice_that_its_motor_has_no_supply() -> None:
+    joint = Original("j4", controllers_fed=True)
+    joint.arm.set_supply(on=False)
     joint.enable()
-    joint.arm.set_motor_power(on=False)
-    joint.arm.run(0.5)
+    joint.write(Register.ENABLESTALLGUARD, 6)
     assert joint.flags() == NOTHOMED
-    joint.arm.set_motor_power(on=True)
-    joint.arm.run(0.5)
-    assert joint.write(Register.SETUP, 20, 20) == NOTHOMED
     assert not joint.arm.has_torque("j4")
     joint.write(Register.MOVETOANGLE, 30.0)
     joint.arm.run(2.0)
     assert joint.number(Register.ANGLEMOVED) == pytest.approx(0.0, abs=1.5)
-    joint.arm.reset("j4")
-    joint.arm.run(1.0)
-    joint.enable()
+    assert joint.flags() == NOTHOMED
+    # Its driver kept all settings: with power it turns to the target without a command.
+    joint.arm.set_supply(on=True)
+    joint.arm.run(2.0)
     assert joint.arm.has_torque("j4")
+    assert joint.number(Register.ANGLEMOVED) == pytest.approx(30.0, abs=1.5)
 
 
-def test_a_motor_supply_that_is_lost_while_it_homes_is_an_end_stop_to_it() -> None:
-    joint = Original("j4")
+def test_a_motor_supply_that_is_back_while_it_homes_is_an_end_stop_to_it() -> None:
+    joint = Original("j4", positions={"j4": 2.0}, controllers_fed=True)
     joint.enable()
     joint.write(Register.HOME, 1, 20, 30, 15)
     joint.arm.run(1.5)
+    before = joint.arm.position("j4")
+    joint.arm.set_supply(on=False)
+    joint.arm.run(5.0)
     assert joint.flags() == NOTHOMED | BUSY
-    joint.arm.set_motor_power(on=False)
+    assert joint.arm.position("j4") == pytest.approx(before, abs=0.05)
+    # The rotor jumps into the field that went on turning, by more than the threshold.
+    joint.arm.set_supply(on=True)
     joint.arm.run(0.5)
     assert joint.flags() == 0
-    assert joint.number(Register.ANGLEMOVED) == pytest.approx(0.0, abs=1.5)
-    joint.arm.set_motor_power(on=True)
-    joint.arm.run(0.5)
-    joint.write(Register.SETUP, 20, 20)
-    # So a wrong home moves nothing, and a start of the joint makes it forget that home.
-    assert not joint.arm.has_torque("j4")
-    joint.arm.reset("j4")
-    joint.arm.run(1.0)
-    assert joint.flags() & NOTHOMED
+    assert joint.number(Register.ANGLEMOVED) == pytest.approx(0.0, abs=5.0)
+    assert joint.arm.position("j4") == pytest.approx(before, abs=0.05)
+    assert joint.arm.has_torque("j4")
 
 
 def test_without_the_closed_loop_it_is_not_enabled_and_finds_no_stall() -> None:
@@ -643,6 +723,7 @@ TIMES: list[tuple[bytes, int, float]] = [
     (b"\x18", 5, 5.2e-6),
     (b"\x2c", 5, 5.2e-6),
     (b"\x15\x00\x00\x00\x00", 1, 353e-6),
+    (b"\x13\x00\x00\x00\x00", 1, 351e-6),
     (b"\x22\x00", 1, 102e-6),
     (b"\x29\x00", 1, 50e-6),
     (b"\x11\x00\x00\x00\x00", 1, 50e-6),

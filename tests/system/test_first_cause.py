@@ -43,7 +43,7 @@ STUCK: dict[str, Disturb] = {
     "the line falls within a call": lambda _, bus: bus.stuck(When(after=3), recognised=False),
 }
 POWER: dict[str, Disturb] = {
-    "no power": lambda arm, _: [arm.set_power(name, False) for name in NAMES],
+    "no supply": lambda arm, _: arm.set_supply(False),
     "no acknowledge": lambda _, bus: bus.off(),
 }
 JOINT: dict[str, Disturb] = {
@@ -66,9 +66,9 @@ PHASES = ("moving", "jogging", "holding", "disabled", "enabling", "homing")
 class Scene:
     """A homed arm that does something until a disturbance strikes."""
 
-    def __init__(self, folder: Path, *, v1: bool, homed: bool) -> None:
+    def __init__(self, folder: Path, *, v1: bool, homed: bool, fed: bool) -> None:
         self.arm, self.bus, self.robot = simulated_robot(
-            folder, seed=3, v1=v1, frequency=400e3, homed=homed
+            folder, seed=3, v1=v1, frequency=400e3, homed=homed, controllers_fed=fed
         )
         self.strike: Callable[[], object] = lambda: None
         self.cycles = 0
@@ -115,14 +115,15 @@ class Scene:
 
 
 @contextmanager
-def connected(*, v1: bool, homed: bool = True) -> Iterator[Scene]:
+def connected(*, v1: bool, homed: bool = True, fed: bool = False) -> Iterator[Scene]:
     with TemporaryDirectory() as folder:
-        scene = Scene(Path(folder), v1=v1, homed=homed)
+        scene = Scene(Path(folder), v1=v1, homed=homed, fed=fed)
         scene.robot.open()
         try:
             yield scene
         finally:
             scene.bus.clear()
+            scene.arm.set_supply(True)
             for name in NAMES:
                 if clock_is_held(scene.arm):
                     scene.arm.set_power(name, False)
@@ -167,7 +168,7 @@ def require_right(robot: Robot, expected: FaultKind) -> None:
 @example(case=(FaultKind.BUS_STUCK, "all time out, slowly"), phase="moving", moment=0.9, v1=False)
 @example(case=(FaultKind.BUS_STUCK, "all time out, slowly"), phase="homing", moment=0.5, v1=True)
 @example(case=(FaultKind.JOINT_LOST, "one is slow"), phase="moving", moment=0.6, v1=True)
-@example(case=(FaultKind.POWER_LOST, "no power"), phase="homing", moment=0.4, v1=False)
+@example(case=(FaultKind.POWER_LOST, "no supply"), phase="homing", moment=0.4, v1=False)
 @example(case=(FaultKind.JOINT_LOST, "one is unplugged"), phase="enabling", moment=0.0, v1=True)
 def test_the_first_fault_names_what_happened(
     case: tuple[FaultKind, str], phase: str, moment: float, v1: bool
@@ -345,11 +346,11 @@ def test_bus5_joints_that_cannot_be_disabled_are_named_once_with_the_stuck_bus()
 
 
 @pytest.mark.parametrize("phase", PHASES)
-def test_usr1_motor_power_that_is_gone_is_named_in_every_phase(phase: str) -> None:
-    with connected(v1=False, homed=phase != "homing") as scene:
+def test_usr1_motors_alone_without_supply_are_named_in_every_phase(phase: str) -> None:
+    with connected(v1=False, homed=phase != "homing", fed=True) as scene:
         if phase != "homing":
             scene.robot.enable()
-        scene.do(phase, 0.4, lambda: scene.arm.set_motor_power(False))
+        scene.do(phase, 0.4, lambda: scene.arm.set_supply(False))
         if phase == "disabled":
             assert scene.robot.faults == ()
             with pytest.raises(BioscaraError, match="DRIVER"):

@@ -28,8 +28,10 @@ class Scene:
     def __init__(self, seed: int, folder: Path) -> None:
         self.random = random.Random(seed)
         self.v1 = self.random.random() < 0.2
-        self.arm, self.bus, self.robot = simulated_robot(folder, seed=seed, v1=self.v1)
-        self.lost_turns = self.supply_lost = False
+        self.arm, self.bus, self.robot = simulated_robot(
+            folder, seed=seed, v1=self.v1, controllers_fed=self.random.random() < 0.5
+        )
+        self.lost_turns = False
 
     def blow(self) -> Callable[[], object]:
         """Return one of the possible faults."""
@@ -43,7 +45,7 @@ class Scene:
                 lambda: bus.unavailable(choose((1, 3, 100))),
                 lambda: arm.add_obstacle(joint, arm.position(joint)),
                 lambda: arm.reset(joint, ResetCause.BROWN_OUT),
-                self._cut_motor_power,
+                lambda: arm.set_supply(False),
                 lambda: arm.set_power(joint, False),
                 lambda: arm.hang(joint),
                 lambda: arm.overheat(joint),
@@ -59,10 +61,10 @@ class Scene:
     def heal(self) -> None:
         """Undo the fault."""
         self.bus.clear()
-        self.arm.set_motor_power(True)
+        self.arm.set_supply(True)
         self.arm.set_stretch(0.0)
-        # Only its own power helps an original joint that holds the clock or lost its motor supply.
-        off = self.v1 and (self.supply_lost or clock_is_held(self.arm))
+        # Only its own power helps an original joint that holds the clock.
+        off = clock_is_held(self.arm)
         for name in NAMES:
             if off:
                 self.arm.set_power(name, False)
@@ -100,10 +102,6 @@ class Scene:
     def _jump_encoder(self, joint: str, turns: float) -> None:
         if not self.v1:  # An original joint does not notice, so neither does its host.
             self.arm.jump_encoder(joint, turns)
-
-    def _cut_motor_power(self) -> None:
-        self.supply_lost = True
-        self.arm.set_motor_power(False)
 
     def _freeze_encoder(self, joint: str) -> None:
         self.lost_turns = True

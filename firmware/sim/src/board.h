@@ -80,6 +80,10 @@ class Board final : private Hal {
   std::uint16_t boot_id() override { return boot_id_; }
   void feed_watchdog() override { fed_ = now_; }
   std::uint16_t bus_errors() override { return 0; }
+  // No image, no processor and no light are simulated.
+  std::uint32_t image() override { return 0; }
+  ExceptionRecord exception() override { return {}; }
+  void indicate(bool) override {}
   void enter_bootloader() override;
   void lock() override {}
   void unlock() override {}

@@ -20,6 +20,8 @@ constexpr double kFullStepsPerDegree = 200.0 / 360.0;
 
 constexpr Time kLoop = 10 * kMillisecond;
 constexpr Time kPoll = kMillisecond;
+// The orientation check waits in a loop of register reads of 47 us; once a step of the ramp here.
+constexpr Time kCheckPoll = 512;
 constexpr Time kHomeWait = kSecond / 2;
 constexpr Time kDeadman = 50 * kMillisecond;
 
@@ -37,7 +39,7 @@ constexpr float kStartCheck = 1.0F;
 // Handler times. Measured, but for those that follow from their SPI datagrams (docs/simulation.md).
 constexpr Time micros(double value) { return static_cast<Time>(value * 10.0); }
 constexpr Time kShort = micros(5.2), kPing = micros(4.0), kStallGuard = micros(6.0);
-constexpr Time kMoveToAngle = micros(353.0), kStop = micros(50.0), kSetRpm = kStop;
+constexpr Time kMoveToAngle = micros(353.0), kMoveSteps = micros(351.0), kStop = micros(50.0), kSetRpm = kStop;
 constexpr Time kOneSetting = micros(34.0), kTwoSettings = 2 * kOneSetting;
 constexpr Time kBrake = micros(102.0), kSetUp = micros(34.0 + 34.0 + 351.0);
 
@@ -107,12 +109,6 @@ Time OriginalJoint::run_pending(Time now) {
   if (!pending_) return end_pass(now);
   pending_ = false;
   switch (static_cast<Register>(register_)) {
-    case Register::MOVESTEPS: {
-      std::int32_t steps = 0;
-      std::memcpy(&steps, payload_, sizeof steps);
-      driver_.move_steps(steps);
-      break;
-    }
     case Register::CHECKORIENTATION:
       return start_orientation(payload_float());
     case Register::HOME:
@@ -188,30 +184,28 @@ Time OriginalJoint::start_orientation(float degrees) {
   orientation_start_ = encoder_.counts();
   phase_ = Phase::ORIENTATION;
   driver_.move_steps(orientation_steps_);
-  return kPoll;
+  return kCheckPoll;
 }
 
+// Waits for the target, whatever was commanded in between: STOP does not end it.
 Time OriginalJoint::step_orientation(Time now) {
-  const bool cancelled = listening_ && !busy_;
-  if (!cancelled) {
-    if (!driver_.position_reached()) return kPoll;
-    bool agree = false;
-    if (orientation_out_) {
-      const bool along = (encoder_.counts() > orientation_start_) == (orientation_steps_ > 0);
-      const int result = along ? 1 : -1;
-      agree_ = result == orientation_last_;
-      orientation_last_ = result;
-    } else {
-      agree = agree_;
-      orientation_start_ = encoder_.counts();
-    }
-    if (!agree) {
-      driver_.move_steps(orientation_out_ ? -orientation_steps_ : orientation_steps_);
-      orientation_out_ = !orientation_out_;
-      return kPoll;
-    }
-    if (orientation_last_ < 0) driver_.reverse();
+  if (!driver_.position_reached()) return kCheckPoll;
+  bool agree = false;
+  if (orientation_out_) {
+    const bool along = (encoder_.counts() > orientation_start_) == (orientation_steps_ > 0);
+    const int result = along ? 1 : -1;
+    agree_ = result == orientation_last_;
+    orientation_last_ = result;
+  } else {
+    agree = agree_;
+    orientation_start_ = encoder_.counts();
   }
+  if (!agree) {
+    driver_.move_steps(orientation_out_ ? -orientation_steps_ : orientation_steps_);
+    orientation_out_ = !orientation_out_;
+    return kCheckPoll;
+  }
+  if (orientation_last_ < 0) driver_.reverse();
   closed_loop_ = closed_loop_before_;
   if (!listening_) return finish_setup(now);
   busy_ = false;
@@ -294,6 +288,12 @@ Time OriginalJoint::execute() {
       setpoint_rpm_ = payload_float();
       if (!stalled_) driver_.set_rpm(setpoint_rpm_);
       return kSetRpm;
+    case Register::MOVESTEPS: {
+      std::int32_t steps = 0;
+      std::memcpy(&steps, payload_, sizeof steps);
+      driver_.move_steps(steps);
+      return kMoveSteps;
+    }
     case Register::MOVETOANGLE:
       if (!stalled_) move_to_angle(payload_float());
       return kMoveToAngle;

@@ -26,20 +26,14 @@ void Tmc5130Chip::power_up() {
   registers_[TPOWERDOWN] = 10;
   position_ = velocity_ = standstill_ = 0.0;
   waited_ = 0;
-  gstat_ = 0x01;
+  gstat_ = motor_power_ ? 0x01 : 0x05;
   asked_ = 0;
   wrote_ = false;
 }
 
 void Tmc5130Chip::set_motor_power(bool on) {
-  if (on == motor_power_) return;
   motor_power_ = on;
-  power_up();
-}
-
-void Tmc5130Chip::raise_undervoltage(bool on) {
-  undervoltage_ = on;
-  if (on) gstat_ |= 0x04;
+  if (!on) gstat_ |= 0x04;
 }
 
 std::uint8_t Tmc5130Chip::status() const {
@@ -81,7 +75,7 @@ void Tmc5130Chip::write(std::uint8_t address, std::uint32_t value) {
     case GSTAT:
       // Undervoltage cannot be cleared while it lasts.
       gstat_ = static_cast<std::uint8_t>(gstat_ & ~value);
-      if (undervoltage_) gstat_ |= 0x04;
+      if (!motor_power_) gstat_ |= 0x04;
       break;
     case XACTUAL:
       position_ = static_cast<std::int32_t>(value);
@@ -120,17 +114,12 @@ void Tmc5130Chip::exchange(const std::uint8_t (&sent)[5], std::uint8_t (&receive
 }
 
 void Tmc5130Chip::answer(std::uint8_t (&received)[5]) {
-  if (!motor_power_) {
-    std::fill_n(received, 5, idle_);
-    return;
-  }
   received[0] = status();
   const std::uint32_t answer = wrote_ ? written_ : read(asked_);
   for (int i = 0; i < 4; ++i) received[1 + i] = static_cast<std::uint8_t>(answer >> (24 - 8 * i));
 }
 
 void Tmc5130Chip::accept(const std::uint8_t (&sent)[5]) {
-  if (!motor_power_) return;
   const auto address = static_cast<std::uint8_t>(sent[0] & 0x7F);
   wrote_ = (sent[0] & 0x80) != 0;
   if (wrote_) {
@@ -227,7 +216,7 @@ void Tmc5130Chip::step() {
 }
 
 double Tmc5130Chip::current_share(bool enabled) const {
-  if (!enabled || !motor_power_ || undervoltage_ || (registers_[CHOPCONF] & 0x0F) == 0) return 0.0;
+  if (!enabled || !motor_power_ || (registers_[CHOPCONF] & 0x0F) == 0) return 0.0;
   const std::uint32_t hold = registers_[IHOLD_IRUN] & 0x1F;
   const std::uint32_t run = registers_[IHOLD_IRUN] >> 8 & 0x1F;
   const double wait = kStandstillSeconds + kPowerDownUnit * registers_[TPOWERDOWN];

@@ -34,13 +34,9 @@ class Tmc5130Chip {
   bool brakes() const;
   bool standing() const { return velocity_ == 0.0; }
 
-  // Its own supply, too: without it, it neither answers nor remembers.
+  // VS, the supply of the power stage. Logic and registers are on 5 V: without VS the chip answers
+  // as ever and reports undervoltage of its charge pump (uv_cp).
   void set_motor_power(bool on);
-  bool has_motor_power() const { return motor_power_; }
-  // The level of its data line meanwhile.
-  void set_idle_level(bool high) { idle_ = high ? 0xFF : 0x00; }
-  // A supply that is too low for the power stage, but not for the registers.
-  void raise_undervoltage(bool on);
   void raise_overtemperature(bool on) { overtemperature_ = on; }
   // Reverses one coil: the field turns against the counter.
   void reverse_coil(bool on) { direction_ = on ? -1.0 : 1.0; }
@@ -74,9 +70,7 @@ class Tmc5130Chip {
   std::uint32_t waited_ = 0;
   double direction_ = 1.0;
   std::uint8_t gstat_ = 0;
-  std::uint8_t idle_ = 0x00;
   bool motor_power_ = true;
-  bool undervoltage_ = false;
   bool overtemperature_ = false;
 };
 

@@ -761,12 +761,12 @@ class SimulateFault(Command, frozen=True, tag="simulate_fault"):
 
     Attributes:
         fault: Of a joint ``reset``, ``power``, ``hang``, ``overheat``, ``freeze_encoder``,
-            ``obstacle``, ``clear_obstacles`` or ``push``; of the arm ``motor_power``,
+            ``obstacle``, ``clear_obstacles`` or ``push``; of the arm ``supply``,
             ``brown_out``, ``bus_flips``, ``bus_loss`` or ``bus_stuck``; or ``clear``, which ends
             all that last.
         joint: The joint; not used by those of the arm.
-        value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
-            Position of an obstacle; force or torque of a push; time without motor supply of a
+        value: Whether it is on, 1 or 0; for ``power`` and ``supply`` whether that is on.
+            Position of an obstacle; force or torque of a push; time without supply of a
             brown-out, 0.01 to 10 s; share of flipped bits, 0 to 0.01; share of lost exchanges,
             0 to 1. Null for the one that begins it, where it is a switch.
     """

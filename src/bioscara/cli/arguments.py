@@ -189,6 +189,8 @@ def _check(parser: Parser, options: Options) -> None:
         _check_poses(parser, options)
     if options.command == "flash" and bus == "sim":
         parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
+    if options.command == "flash" and options.all:
+        _check_flash_all(parser, options)
     if getattr(options, "keep", math.inf) < getattr(options, "max_size", 0):
         parser.error("--keep is smaller than --max-size; give a larger one")
     if options.command == "view":
@@ -197,6 +199,20 @@ def _check(parser: Parser, options: Options) -> None:
         _check_web(parser, options)
     if options.command == "ros" and options.bus and options.arm:
         parser.error("--arm and --bus exclude one another; leave out one of them")
+
+
+def _check_flash_all(parser: Parser, options: Options) -> None:
+    """Refuse options of ``flash`` that are for one joint alone."""
+    if options.bus is None:
+        parser.error("--all finds the joints by their bus: name it, as --bus linux:1")
+    single = {
+        "FILE": (options.image is not None, "each joint has an image of its own"),
+        "--swd": (options.swd, "only over USB can a joint be chosen by the bus"),
+        "--serial": (options.serial is not None, "the joint's own board appears on request"),
+    }
+    for word, (given, why) in single.items():
+        if given:
+            parser.error(f"--all and {word} exclude one another: {why}; leave out one of them")
 
 
 def _check_poses(parser: Parser, options: Options) -> None:
@@ -783,15 +799,23 @@ def _serial_number(word: str) -> str:
 
 def _add_flash_command(commands: Parser) -> None:
     flash = _add_command(
-        commands, "flash", "Write the firmware of one joint to its board, and verify it."
+        commands,
+        "flash",
+        "Write the firmware of one or all joints to their boards, and verify it.",
     )
-    flash.add_argument(
+    which = flash.add_mutually_exclusive_group(required=True)
+    which.add_argument(
         "--joint",
         metavar="N",
         type=whole_number,
         choices=(1, 2, 3, 4),
-        required=True,
         help="number of the joint, 1 .. 4; an image for another is refused",
+    )
+    which.add_argument(
+        "--all",
+        action="store_true",
+        help="one joint after the other, those that do not have their image; all boards on USB; "
+        "needs --bus",
     )
     flash.add_argument(
         "image",

@@ -76,7 +76,8 @@ class Options(argparse.Namespace):
         fault: Name of a simulated fault.
         values: Its joint and its value, as far as they are given.
         calibration: Identifier of the arm's calibration; may be empty.
-        joint: Number of the joint to flash.
+        joint: Number of the joint to flash; None with ``all``.
+        all: Whether to flash all joints.
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
         image: The firmware image; None for the available one of this version.
         max_size: Size at which the next file of a recording begins [byte].
@@ -149,7 +150,8 @@ class Options(argparse.Namespace):
     fault: str
     values: list[str]
     calibration: str
-    joint: int
+    joint: int | None
+    all: bool
     swd: bool
     image: Path | None
     serial: str | None

@@ -218,6 +218,8 @@ def _is_negative(word: str) -> bool:
 
 
 def _usage(action: argparse.Action) -> str:
+    if action.nargs == 0:
+        return action.option_strings[0]
     metavar: str | Iterable[str] = action.metavar or action.dest
     values = [metavar] if isinstance(metavar, str) else metavar
     return " ".join([*action.option_strings[:1], *values])

@@ -44,12 +44,14 @@ class Image:
         joint: Number of the joint that it is for.
         version: Major, minor and patch.
         content: The bytes to write to the start of the flash.
+        crc: CRC-32 of the content, as a joint that runs it reports.
     """
 
     name: str
     joint: int
     version: tuple[int, int, int]
     content: bytes
+    crc: int
 
     @classmethod
     def from_bytes(cls, name: str, content: bytes) -> Image:
@@ -99,7 +101,7 @@ class Image:
                 f"{name} is damaged: its CRC is {found:#010x} and should be {crc:#010x}; build it "
                 "or download it again"
             )
-        return cls(name, joint, (version[0], version[1], version[2]), content)
+        return cls(name, joint, (version[0], version[1], version[2]), content, crc)
 
     def require(self, joint: int) -> None:
         """Raise unless this is an image for ``joint`` and compatible with this bioscara.
@@ -155,6 +157,18 @@ def prebuilt(joint: int) -> Path:
         f"there is no image for j{joint} here: build it with 'make firmware' in a checkout, or "
         f"download {released} of release {__version__} into this folder, or name a file"
     )
+
+
+def known_images() -> dict[int, str]:
+    """Return the file names of the images that :func:`prebuilt` finds, by their CRC-32."""
+    names: dict[int, str] = {}
+    for joint in JOINTS:
+        try:
+            path = prebuilt(joint)
+            names[read_image(path).crc] = path.name
+        except ImageError:
+            continue
+    return names
 
 
 def dotted(version: tuple[int, ...]) -> str:

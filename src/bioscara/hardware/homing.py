@@ -86,10 +86,11 @@ class Homing:
                 "the joint moves freely and reaches its end stop"
             )
             if self._joint.version == 1:
-                # A motor that loses its supply while it homes also looks like an end stop to it.
+                # Possible if its controller is fed from elsewhere. With the supply back, it would
+                # take its place for the end stop.
                 text += (
                     ". If the motors had no supply, switch all joints off and on, and home them "
-                    "again: one that was homed before this one may be at another position"
+                    "again"
                 )
             raise HomingError(text, self._joint.name)
         self.running = False

@@ -51,6 +51,10 @@ class Register(IntEnum):
     BUSERRORS = 0x47
     DISARM = 0x8C
     BOOTLOADER = 0xB9
+    IMAGE = 0x61
+    EXCEPTION = 0x78
+    CAPTURE = 0x7F
+    CAPTUREBLOCK = 0xAA
 
 
 class Flags(IntFlag):
@@ -181,6 +185,8 @@ class Capability(IntFlag):
     """Starts its bootloader on request: DISARM and BOOTLOADER."""
     LOAD = 0x40
     """Reports its load in each cycle: TRACKLOAD."""
+    DIAGNOSIS = 0x80
+    """Has IMAGE, EXCEPTION, CAPTURE and CAPTUREBLOCK."""
 
 
 class BrakeMode(IntEnum):

@@ -24,7 +24,14 @@ from bioscara.protocol.enums import (
     Register,
     ResetCause,
 )
-from bioscara.protocol.registers import MAGIC, PROTOCOL, REGISTERS, VELOCITY_STEP_RPM
+from bioscara.protocol.registers import (
+    BLOCK_SAMPLES,
+    CAPTURE_SAMPLES,
+    MAGIC,
+    PROTOCOL,
+    REGISTERS,
+    VELOCITY_STEP_RPM,
+)
 from bioscara.protocol.rows import ABOVE_ZERO, Definition, Field, Kind
 
 _ENUMS: tuple[type[IntEnum] | type[IntFlag], ...] = (
@@ -81,6 +88,9 @@ _HEADER_END = f"""\
 constexpr uint16_t kMagic = 0x{MAGIC:04X};
 constexpr uint8_t kProtocolVersion = {PROTOCOL};
 constexpr float kVelocityStepRpm = {VELOCITY_STEP_RPM}F;
+constexpr uint16_t kCaptureSamples = {CAPTURE_SAMPLES};
+constexpr uint8_t kBlockSamples = {BLOCK_SAMPLES};
+constexpr uint8_t kCaptureBlockMost = {(CAPTURE_SAMPLES - 1) // BLOCK_SAMPLES};
 
 }}  // namespace bioscara
 """
@@ -183,6 +193,9 @@ length of a register equals its version 2 length.
   every write without trailer but STOP is refused until the joint restarts or is disarmed.
 - The joint's bootloader takes two steps, so that no single frame can start it: `DISARM`, then
   `BOOTLOADER`, both with the boot id of `HELLO`, nothing between them, in a disabled joint.
+- `IMAGE`, `EXCEPTION`, `CAPTURE` and `CAPTUREBLOCK` came with the capability `DIAGNOSIS`; firmware
+  without it refuses them with UNKNOWN_REGISTER. A captured block is requested by its number, so
+  that each request of it gets the same errors, until a new CAPTURE makes all blocks OUT_OF_RANGE.
 - Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
   ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
   registers listed below the table; polls never count. A self-running command (HOME, MOVESTEPS and

@@ -42,6 +42,12 @@ WATCHDOG_MS = 60
 """Silence after which a moving joint stops [ms]: three lost cycles of 50 Hz."""
 SILENCE = 1e-3 * WATCHDOG_MS
 """The same [s]."""
+CAPTURE_SAMPLES = 256
+"""Position errors that a joint captures."""
+CAPTURE_PERIOD = 1e-3
+"""Time between two of them, the period of the joint's control tick [s]."""
+BLOCK_SAMPLES = 5
+"""Those in one answer: as many as fit into a frame of 13 bytes (What the check byte catches)."""
 MAGIC = 0x4253
 """First two bytes of HELLO's answer, the letters ``SB`` in wire order."""
 
@@ -397,6 +403,55 @@ REGISTERS: tuple[Definition, ...] = (
         "the joint answers no more until it is flashed or its power is cycled. Only in a disabled "
         "joint at rest, and only if DISARM was the frame just before it, at most 2 s ago.",
         written=(Field("boot_id", Kind.U16),),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.IMAGE,
+        _R,
+        "CRC-32 of the image that the joint runs, as in the image's identity; 0 for a simulated "
+        "joint, which has none. This register and the next three: only of a joint with the "
+        "capability DIAGNOSIS.",
+        read=(Field("crc32", Kind.U32),),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.EXCEPTION,
+        _R,
+        "The last exception of the processor since power came up, which restarted the joint: "
+        "number of its vector; address of the instruction, 0 where the stack was unusable; fault "
+        "status (CFSR) of the Cortex-M4; starts since then, 1 for the present one, 0 where there "
+        "was no exception.",
+        read=(
+            Field("vector", Kind.U8),
+            Field("address", Kind.U32),
+            Field("status", Kind.U32),
+            Field("starts", Kind.U8),
+        ),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.CAPTURE,
+        Access.READ_WRITE,
+        f"Written: begins to capture the position error (field minus rotor) in each control tick, "
+        f"{CAPTURE_SAMPLES} times, in place of the last capture. Read: how many are captured.",
+        written=(Field("zero", Kind.U8, padding=True),),
+        read=(Field("captured", Kind.U16),),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.CAPTUREBLOCK,
+        _X,
+        f"Answers {BLOCK_SAMPLES} of the captured errors, the first of them number "
+        f"{BLOCK_SAMPLES} x block; saturated at 32767, 0 behind the last one. OUT_OF_RANGE until "
+        "all errors of the block are captured.",
+        written=(Field("block", Kind.U8, "", 0, (CAPTURE_SAMPLES - 1) // BLOCK_SAMPLES),),
+        read=tuple(
+            Field(f"error_{index}", Kind.I16, "microsteps") for index in range(BLOCK_SAMPLES)
+        ),
         version=2,
         support=Support.NO,
     ),

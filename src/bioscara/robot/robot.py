@@ -142,6 +142,7 @@ class Robot:
         v1: bool | Collection[str] = False,
         seed: int = 0,
         homed: bool = False,
+        controllers_fed: bool = False,
         rate: int | None = None,
         evidence: Path | str = FAULTS,
         reduced_speed: bool = True,
@@ -157,6 +158,8 @@ class Robot:
             seed: Seed of all random values in the simulation.
             homed: Whether an earlier program homed and released the joints, which stand where
                 homing ends; they were just switched on otherwise.
+            controllers_fed: Whether the joints' controllers get 5 V from elsewhere and stay on
+                without the supply of the arm, as on no existing arm.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             reduced_speed: Whether the tool keeps to 250 mm/s.
@@ -164,7 +167,9 @@ class Robot:
             pace_motion: Whether motion takes as long as on the arm.
         """
         parameters = load_parameters() if parameters is None else _require_parameters(parameters)
-        devices = simulated_devices(parameters, v1=v1, seed=seed, homed=homed)
+        devices = simulated_devices(
+            parameters, v1=v1, seed=seed, homed=homed, controllers_fed=controllers_fed
+        )
         return cls(
             **devices._asdict(),
             parameters=parameters,

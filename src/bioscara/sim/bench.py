@@ -78,9 +78,9 @@ FAULTS = {
     "push": BenchFault(
         True, "it is pushed", "torque or force (0 ends)", math.nan, 0.0, -1000.0, 1000.0, "N m or N"
     ),
-    "motor_power": BenchFault(False, "no motor has power", _POWER, 0.0, 1.0),
+    "supply": BenchFault(False, "the arm has no supply", _POWER, 0.0, 1.0),
     "brown_out": BenchFault(
-        False, "no motor has power for a time", "time", math.nan, math.nan, 0.01, 10.0, "s"
+        False, "the arm has no supply for a time", "time", math.nan, math.nan, 0.01, 10.0, "s"
     ),
     "bus_flips": BenchFault(
         False, "bits flip on the bus", "share of the bits (0 ends)", math.nan, upper=1e-2
@@ -119,9 +119,9 @@ class Bench:
         Args:
             fault: A key of :data:`FAULTS`.
             joint: The joint, for the faults of one.
-            value: Whether it is on, 1 or 0; for ``power`` and ``motor_power`` whether that is on.
+            value: Whether it is on, 1 or 0; for ``power`` and ``supply`` whether that is on.
                 Position of an obstacle [rad or m]; torque or force of a push [N m or N]; time
-                without motor supply of a brown-out [s]; share of the flipped bits, or of the lost
+                without supply of a brown-out [s]; share of the flipped bits, or of the lost
                 exchanges. None for the one that begins it, where it is a switch.
 
         Returns:
@@ -133,6 +133,11 @@ class Bench:
         """
         if (kind := FAULTS.get(text("fault", fault))) is None:
             hint = did_you_mean(fault, FAULTS, f"there are {', '.join(FAULTS)}")
+            if fault == "motor_power":
+                hint = (
+                    "supply is that of the controllers, too; with controllers_fed=True of the "
+                    "arm, it is that of the motors alone"
+                )
             raise InvalidArgumentError(f"there is no simulated fault {fault!r}; {hint}")
         if not kind.of_joint:
             joint = ""
@@ -161,8 +166,6 @@ class Bench:
         for name in [name for name, due in self._due.items() if due <= now]:
             del self._due[name]
             fault, _, joint = name.partition(" ")
-            if fault == "brown_out" and not self._lasts("motor_power"):
-                self._arm.set_motor_power(True)
             self._forget(fault, joint)
             self.changed(" ".join(word for word in (joint, fault, "is over") if word))
 
@@ -185,13 +188,14 @@ class Bench:
                 arm.clear_obstacles(joint)
             case "push":
                 arm.push(joint, value)
-            case "motor_power":
+            case "supply":
                 # It is on again after a brown-out, too.
                 self._due.pop("brown_out", None)
                 self._forget("brown_out", "")
-                arm.set_motor_power(on)
+                arm.set_supply(on)
             case "brown_out":
-                arm.set_motor_power(False)
+                if not self._lasts("supply"):
+                    arm.set_supply(False, value)
                 self._due[fault] = arm.now() + value
             case _:
                 self._disturb(fault, value)
@@ -221,9 +225,12 @@ class Bench:
             return
         if fault != "obstacle":
             self._forget(fault, joint)
+        # A joint that starts anew does not hang any more.
         if fault in {"reset", "power"}:
-            # A joint that starts anew does not hang any more.
             self._forget("hang", joint)
+        elif fault in {"supply", "brown_out"} and not self._arm.controllers_fed:
+            for each in JOINTS:
+                self._forget("hang", each)
         if fault == "hang" and joint not in self._arm.originals and new.value:
             self._due[f"hang {joint}"] = new.since + _WATCHDOG
         if fault != "reset" and new.value != FAULTS[fault].off:
@@ -242,7 +249,7 @@ class Bench:
             if fault == "obstacle":
                 self._arm.clear_obstacles(joint)
             elif fault == "brown_out":
-                self._arm.set_motor_power(True)
+                self._arm.set_supply(True)
             else:
                 self._set(fault, joint, FAULTS[fault].off)
         self._due.clear()

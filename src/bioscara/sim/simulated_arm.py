@@ -52,6 +52,8 @@ class SimulatedArm:
             that do.
         v1_frames: Whether the joints that run our firmware know no frames of version 2: our
             firmware as seen by a host that speaks version 1 only.
+        controllers_fed: Whether the joints' controllers get 5 V from elsewhere than the arm's
+            supply, as by USB: without that supply then only the motors have no power.
         frequency: Bus frequency [Hz], 100e3 or 400e3; None for a bus that takes no time.
         positions: Initial positions of joints, by name; the others start somewhere within their
             range.
@@ -59,6 +61,7 @@ class SimulatedArm:
     Attributes:
         clock: Its time.
         originals: Names of the joints that run the original firmware.
+        controllers_fed: Whether the joints' controllers get 5 V from elsewhere.
 
     Raises:
         InvalidArgumentError: An unknown joint or frequency.
@@ -71,12 +74,15 @@ class SimulatedArm:
         seed: int = 0,
         v1: bool | Collection[str] = False,
         v1_frames: bool = False,
+        controllers_fed: bool = False,
         frequency: float | None = 100e3,
         positions: Mapping[str, float] | None = None,
     ) -> None:
         seed, originals = whole("seed", seed), _originals(v1)
         self.originals = originals
+        self.controllers_fed = flag("controllers_fed", controllers_fed)
         ours = _OURS_V1_FRAMES if flag("v1_frames", v1_frames) else _OURS
+        self._supply, self._returns, self._unplugged = True, math.inf, frozenset[str]()
         frequency = None if frequency is None else number("bus frequency", frequency)
         if frequency is not None and frequency not in OVERHEAD:
             raise InvalidArgumentError(
@@ -88,7 +94,7 @@ class SimulatedArm:
         overhead = 0.0 if frequency is None else OVERHEAD[frequency]
         j1, j2, j3, j4 = (_ORIGINAL if name in originals else ours for name in JOINTS)
         self._arm = _native(seed, frequency or 0.0, overhead, (j1, j2, j3, j4))
-        self.clock = SimulatedClock(self._arm.now, self._arm.run)
+        self.clock = SimulatedClock(self._arm.now, self.run)
         for name, position in (positions or {}).items():
             self.set_position(name, position)
             # Moved before it was switched on, unobserved by its encoder.
@@ -103,11 +109,18 @@ class SimulatedArm:
         """Let ``duration`` [s] pass."""
         if not (math.isfinite(duration) and duration >= 0.0):
             raise InvalidArgumentError(f"duration {duration} s: must be finite and not negative")
-        self._arm.run(duration)
+        end = self.now() + duration
+        if self._returns <= end:
+            self._arm.run(max(self._returns - self.now(), 0.0))
+            self.set_supply(True)
+        self._arm.run(max(end - self.now(), 0.0))
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | int]:
         """Carry out transactions; an int stands for 1 no acknowledge, 2 timeout."""
-        return self._arm.transfer(transactions)
+        results = self._arm.transfer(transactions)
+        if self._returns <= self.now():
+            self.set_supply(True)
+        return results
 
     # True state, independent of the firmware's measurements.
 
@@ -191,13 +204,29 @@ class SimulatedArm:
         self._arm.reset(self._number(joint), cause)
 
     def set_power(self, joint: str, on: bool) -> None:
-        """Switch the joint off or on, logic and all."""
-        self._arm.set_power(self._number(joint), on)
+        """Unplug one joint from its supply or plug it in, controller and all."""
+        self._number(joint)
+        self._unplugged = self._unplugged - {joint} if on else self._unplugged | {joint}
+        self._switch(joint)
 
-    def set_motor_power(self, on: bool) -> None:
-        """Switch the motor supply of the whole arm, as an emergency stop does."""
-        for joint in range(1, len(JOINTS) + 1):
-            self._arm.set_motor_power(joint, on)
+    def set_supply(self, on: bool, duration: float = math.inf) -> None:
+        """Switch the 24 V of the whole arm, as an emergency stop does.
+
+        They feed the controllers, too: all joints are off without them, lose their home, and boot
+        when they are back. Where ``controllers_fed``, only the motors have no power.
+
+        Args:
+            on: Whether they are on.
+            duration: Time after which they are on in any case [s].
+        """
+        self._supply, self._returns = on, self.now() + duration
+        for joint in JOINTS:
+            self._switch(joint)
+
+    def _switch(self, joint: str) -> None:
+        number, fed = self._number(joint), self._supply or self.controllers_fed
+        self._arm.set_motor_power(number, self._supply)
+        self._arm.set_power(number, fed and joint not in self._unplugged)
 
     def hang(self, joint: str, on: bool = True) -> None:
         """Stop the firmware's loop while its I2C interrupt still answers."""

@@ -130,6 +130,7 @@ def test_home_sets_the_position_and_disable_removes_the_torque(
 def test_a_new_host_knows_the_position_without_homing(v1: bool) -> None:
     world = World(v1=v1)
     joint = world.ready("j4")[0]
+    world.arm.run(0.5)  # The belt unwinds.
     position = joint.get_position()
     other = world.joint(ARM.joints[3])
     other.init()
@@ -568,7 +569,7 @@ def test_bus_errors_are_requested_only_from_firmware_that_counts_them() -> None:
     assert joint.hello is not None
     less = joint.hello.capabilities & ~Capability.BUS_ERRORS
     joint.session.hello = replace(joint.hello, capabilities=less)
-    with pytest.raises(NotSupportedError, match="does not count errors of the bus; flash"):
+    with pytest.raises(NotSupportedError, match="its firmware has no get_bus_errors; flash"):
         joint.get_bus_errors()
 
 
@@ -672,23 +673,23 @@ def test_a_joint_that_is_not_ready_gets_no_setpoint(
 def test_a_motor_that_was_released_unnoticed_is_not_a_success(
     command: Callable[[Joint], None], v1: bool
 ) -> None:
-    world = World(v1=v1)
+    world = World(v1=v1, controllers_fed=True)
     (joint,) = world.ready("j1")
     if v1:
         # Another host lets it go.
         world.tap.transfer([Transaction(0x11, bytes((Register.SETCURRENT, 0)), 1)])
     else:
-        world.arm.set_motor_power(False)
+        world.arm.set_supply(False)
     world.arm.run(0.05)
     with pytest.raises(NotEnabledError if v1 else JointFaultError):
         command(joint)
 
 
 def test_a_move_ended_by_a_fault_raises_the_fault() -> None:
-    world = World()
+    world = World(controllers_fed=True)
     (joint,) = world.ready("j1")
     with pytest.raises(JointFaultError) as caught:
-        joint.move_steps(STEPS, progress=lambda _: world.arm.set_motor_power(False))
+        joint.move_steps(STEPS, progress=lambda _: world.arm.set_supply(False))
     assert caught.value.fault not in {"", "NONE"}
     assert not joint.is_enabled()
 

@@ -46,7 +46,7 @@ ANSWERED = {
     R.CHECKORIENTATION: 1, R.GETENCODERRPM: 5, R.HOME: 1,
 }  # fmt: skip
 """Bytes that the original firmware writes; for all other registers its flags alone."""
-DEFERRED = {R.HOME, R.CHECKORIENTATION, R.MOVESTEPS} | (
+DEFERRED = {R.HOME, R.CHECKORIENTATION} | (
     {row.register for row in REGISTERS} - set(ANSWERED) - {R.HOMEOFFSET, R.GETDRIVERRPM}
 )
 """Commands that its main loop executes, including unknown ones."""
@@ -135,7 +135,8 @@ def test_no_register_is_read_beyond_what_the_original_answers() -> None:
             before = len(world.tap.calls)
             if row.register in ANSWERED or row.register is R.HOMEOFFSET:
                 joint.session.exchange(message, [int(v) for v in values], repeat=False)
-                [sent] = [t for call in world.tap.calls[before:] for t in call]
+                *polls, sent = [t for call in world.tap.calls[before:] for t in call]
+                assert all(poll.write[0] == R.PING for poll in polls)
                 assert sent.read == (
                     ANSWERED.get(row.register) or (5 if message is READ[R.HOMEOFFSET] else 1)
                 )
@@ -205,7 +206,7 @@ def test_a_whole_life_cycle_respects_the_quiet_times() -> None:
     joint.move_steps(-640)
     joint.check_communication()
     joint.disable()
-    assert {R.HELLO, R.HOME, R.MOVESTEPS, R.CHECKORIENTATION} <= set(timed.registers(joint))
+    assert {R.HELLO, R.HOME, R.CHECKORIENTATION} <= set(timed.registers(joint))
     timed.require_quiet()
 
 
@@ -222,7 +223,6 @@ CALLS: list[Callable[[Joint], object]] = [
 
 TAKEN_LATER: dict[Register, Callable[[Joint], object]] = {
     R.HOME: lambda joint: joint.start_homing(),
-    R.MOVESTEPS: lambda joint: joint.session.write(R.MOVESTEPS, -640, repeat=False),
     R.CHECKORIENTATION: lambda joint: joint.session.write(R.CHECKORIENTATION, 5.0, repeat=False),
 }
 
@@ -299,7 +299,7 @@ def test_a_cycle_skips_a_quiet_joint_and_serves_the_others() -> None:
 def test_setpoints_wait_for_the_end_of_the_quiet_time_too() -> None:
     world, joint = homed("j4")
     joint.move_steps(-640)
-    joint.session.write(R.MOVESTEPS, -640, repeat=False)
+    joint.session.write(R.CHECKORIENTATION, 1.0, repeat=False)
     world.tap.calls.clear()
     here = Setpoint(joint.parameters.upper - 0.05)
     for outcome in (*track([joint], [here]), *drive([joint], [0.0])):
@@ -321,6 +321,106 @@ def test_a_home_whose_answer_is_lost_is_not_sent_again_but_stopped(direction: Di
     world.arm.run(2.0)
     assert not joint.get_flags() & Flags.BUSY
     assert abs(world.arm.velocity("j1")) < 1e-3
+
+
+def test_a_move_in_steps_is_followed_at_once() -> None:
+    world, joint = enabled("j4")
+    timed = Timed(world)
+    joint.session.write(R.MOVESTEPS, -640, repeat=False)
+    joint.get_flags()
+    (_, sent, _), (following, _, _) = timed.frames
+    assert following - sent < 1e-3
+
+
+def test_a_move_in_steps_is_not_ended_by_a_homing_that_was_stopped() -> None:
+    world, joint = enabled("j4")
+    joint.start_homing()
+    joint.stop()
+    joint.set_max_acceleration(0.1)
+    before = world.arm.position("j4")
+    joint.move_steps(-12800)
+    world.arm.run(0.5)
+    assert world.arm.position("j4") - before == pytest.approx(-math.radians(7.5), abs=5e-3)
+
+
+# An orientation check is waited for: STOP would not end it.
+
+
+def check_in_progress() -> tuple[World, Joint]:
+    """Return a homed joint that turns its motor to and fro, as after an interruption."""
+    world, joint = homed("j4")
+    joint.move_steps(-6400)
+    joint.set_max_acceleration(0.5)
+    joint.session.write(R.CHECKORIENTATION, 10.0, repeat=False)
+    world.arm.run(0.1)
+    return world, joint
+
+
+def require_check_ended(world: World, timed: Timed, joint: Joint) -> None:
+    """Fail unless the joint got no command before its check had ended, and works."""
+    commands = [t for _, _, t in timed.frames if t.write[0] not in (R.PING, R.HELLO, R.ANGLEMOVED)]
+    assert commands
+    first = next(begin for begin, _, t in timed.frames if t is commands[0])
+    assert 0.5 < first - timed.frames[0][0] < 3.0
+    joint.enable()
+    # Its loop comes round: the deadman is alive.
+    joint.session.write(R.SETRPM, 5.0)
+    world.arm.run(0.1)
+    assert joint.get_flags() & Flags.NOTENABLED
+
+
+DURING: dict[str, Callable[[Joint, World], object]] = {
+    "stop": lambda joint, _: joint.stop(),
+    "disable": lambda joint, _: joint.disable(),
+    "enable": lambda joint, _: joint.enable(),
+    "setting": lambda joint, _: joint.set_max_velocity(0.5),
+    "init": lambda joint, _: joint.init(),
+    "another host": lambda joint, world: other_host(world, joint),
+}
+
+
+@pytest.mark.parametrize("call", list(DURING))
+def test_a_command_during_a_check_waits_for_its_end(call: str) -> None:
+    world, joint = check_in_progress()
+    timed = Timed(world)
+    joint.get_flags()
+    DURING[call](joint, world)
+    require_check_ended(world, timed, joint)
+
+
+def test_ctrl_c_during_a_check_waits_for_its_end_and_stops_the_joint() -> None:
+    world, joint = homed("j4")
+    joint.set_max_acceleration(0.5)
+    joint.move_steps(-6400)
+    timed = Timed(world)
+    polls = 0
+
+    def interrupt(transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        nonlocal polls
+        polls += any(t.write[0] == R.ANGLEMOVED for t in transactions)
+        if polls == 5:
+            polls += 1
+            raise KeyboardInterrupt
+        return carried(transactions)
+
+    carried, world.tap.transfer = world.tap.transfer, interrupt  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        joint.check_orientation(math.radians(10.0))
+    check = next(end for _, end, t in timed.frames if t.write[0] == R.CHECKORIENTATION)
+    stops = [begin for begin, _, t in timed.frames if t.write[0] == R.STOP]
+    assert 0.5 < stops[-1] - check < 3.0
+    joint.enable()
+    joint.session.write(R.SETRPM, 5.0)
+    world.arm.run(0.1)
+    assert joint.get_flags() & Flags.NOTENABLED
+
+
+def test_a_check_that_does_not_end_is_halted_after_5_s_with_the_remedy() -> None:
+    world, joint = enabled("j4")
+    world.arm.hang("j4")
+    with pytest.raises(IncorrectStateError, match=r"5 s; switch the joint off and on"):
+        joint.check_orientation()
+    assert world.tap.count(R.STOP) >= 1
 
 
 # 3. SETMAXVELOCITY in position mode only.

@@ -132,16 +132,17 @@ def test_a_failure_of_a_released_joint_is_detected_and_recoverable(
         robot.enable()
 
 
-def test_a_joint_that_cannot_be_enabled_is_a_recoverable_fault(made: Scene) -> None:
+def test_a_joint_that_cannot_be_enabled_is_a_recoverable_fault(tmp_path: Path) -> None:
+    made = Scene(SimulatedArm(seed=2, positions=NEAR, controllers_fed=True), tmp_path)
     with made.robot as robot:
-        made.arm.set_motor_power(False)
+        made.arm.set_supply(False)
         with pytest.raises(
             JointFaultError,
-            match=r"^j1: .*DRIVER \(data .\); release the emergency stop or restore the motor",
+            match=r"^j1: .*DRIVER \(data .\); release the emergency stop or restore the supply",
         ):
             robot.enable()
         assert robot.faults[0].source == "j1"
-        made.arm.set_motor_power(True)
+        made.arm.set_supply(True)
         with pytest.raises(FaultedError, match="DRIVER"):
             robot.enable()
         robot.acknowledge()

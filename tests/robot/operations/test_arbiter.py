@@ -323,11 +323,11 @@ def test_a_call_that_is_being_refused_does_not_make_the_work_before_it_a_late_cy
 def test_the_slow_release_of_the_joints_after_a_fault_is_no_fault_of_the_loop(
     tmp_path: Path,
 ) -> None:
-    scene = Scene(SimulatedArm(seed=2, positions=NEAR), tmp_path)
+    scene = Scene(SimulatedArm(seed=2, positions=NEAR, controllers_fed=True), tmp_path)
     with scene.robot as robot:
         robot.enable()
         robot.gripper.enable()
-        scene.arm.set_motor_power(on=False)
+        scene.arm.set_supply(on=False)
         for _ in range(30):
             robot._arm.step(idle=True)
         kinds = [fault.kind for fault in robot.faults]

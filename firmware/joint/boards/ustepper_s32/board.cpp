@@ -1,7 +1,6 @@
 #include "board.h"
 
 #include "bootloader.h"
-#include "identity.h"
 #include "pins.h"
 #include "spi.h"
 #include "timers.h"
@@ -11,6 +10,7 @@ namespace bioscara {
 
 void Board::begin(uint32_t noise) {
   cause_ = read_reset_cause();
+  exceptions::count_start(cause_ == ResetCause::POWER_ON);
   boot_id_ = next_boot_id(noise);
 }
 
@@ -32,6 +32,13 @@ void Board::driver_enable(bool on) {
 }
 
 void Board::feed_watchdog() { watchdog::feed(); }
+
+void Board::indicate(bool lit) {
+  if (lit)
+    pins::kLight.high();
+  else
+    pins::kLight.low();
+}
 
 void Board::enter_bootloader() { bootloader::request(); }
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "../../src/core/hal.h"
+#include "exceptions.h"
 #include "i2c_target.h"
+#include "identity.h"
 
 namespace bioscara {
 
@@ -21,6 +23,9 @@ class Board final : public Hal {
   uint16_t boot_id() override { return boot_id_; }
   void feed_watchdog() override;
   uint16_t bus_errors() override { return target_.errors(); }
+  uint32_t image() override { return image_crc(); }
+  ExceptionRecord exception() override { return exceptions::last(); }
+  void indicate(bool lit) override;
   void enter_bootloader() override;
   void lock() override;
   void unlock() override;

@@ -1,5 +1,6 @@
 #include "bootloader.h"
 
+#include "pins.h"
 #include "stm32f401.h"
 
 namespace bioscara::bootloader {
@@ -24,6 +25,7 @@ bool requested() {
 }
 
 void enter() {
+  pins::light_up();
   stm32::rcc().APB2ENR |= stm32::Rcc::SYSCFGEN;
   (void)stm32::rcc().APB2ENR;
   stm32::syscfg().MEMRMP = stm32::Syscfg::SYSTEM_FLASH;

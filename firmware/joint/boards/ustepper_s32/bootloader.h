@@ -10,8 +10,8 @@ namespace bioscara::bootloader {
 // Whether a request was made before this reset; reading clears it.
 bool requested();
 
-// Jumps to the bootloader. Only from a start on which nothing but a pin has been set up; the power
-// stage stays open, as the bootloader leaves that pin alone.
+// Jumps to the bootloader, with the light on. Only from a start on which nothing but a pin has been
+// set up; the power stage stays open, as the bootloader leaves that pin alone.
 [[noreturn]] void enter();
 
 }  // namespace bioscara::bootloader

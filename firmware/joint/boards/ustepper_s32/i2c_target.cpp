@@ -30,6 +30,10 @@ using stm32::I2c;
 // A transfer in which nothing happens for this many ticks is over: the controller has gone. The
 // longest pause within a sound one is the time a controller takes to start the read.
 constexpr uint8_t kStillMost = 4;
+// Outside of its own transfers a joint judges a clock that stands still only after this many ticks in
+// a row: a joint with its original firmware holds it for 353 us in one command, and up to three
+// of them do so one after the other.
+constexpr uint8_t kStuckTicks = 4;
 // Samples the clock line for about 12 us in all: longer than a period at 100 kHz.
 constexpr unsigned kLooks = 100;
 // More interrupts in a row that find nothing to do are a storm.
@@ -182,6 +186,7 @@ bool I2cTarget::at_rest() {
   if (phase_ != Phase::IDLE || suspect_ || !pins::i2c_lines_high()) return false;
   if ((stm32::i2c1().SR2 & I2c::BUSY) != 0) return false;
   stuck_ = false;
+  stood_ = 0;
   return true;
 }
 
@@ -189,6 +194,7 @@ void I2cTarget::supervise() {
   // Read once: an interrupt between two reads would count as seen, and its transfer as idle.
   const uint8_t events = events_;
   still_ = events == seen_ ? static_cast<uint8_t>(still_ + 1) : 0;
+  if (still_ == 0) stood_ = 0;
   seen_ = events;
   const bool over = still_ >= kStillMost;
   if (over) still_ = 0;
@@ -199,7 +205,15 @@ void I2cTarget::supervise() {
   const bool own = phase_ != Phase::IDLE;
   // After an error the reset waits until no transfer is running, at most kStillMost ticks
   // without an event. Transfers with other joints need no reset.
-  if (over ? moves && !own && !suspect_ : moves || own) return;
+  if (over ? moves && !own && !suspect_ : moves || own) {
+    stood_ = 0;
+    return;
+  }
+  if (!own && !suspect_ && stood_ < kStuckTicks - 1) {
+    ++stood_;
+    still_ = kStillMost - 1;  // The next tick looks again.
+    return;
+  }
   if (!suspect_ && !stuck_) count();
   stuck_ = !own;
   restart_peripheral();

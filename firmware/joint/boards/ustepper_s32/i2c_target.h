@@ -55,10 +55,11 @@ class I2cTarget {
   // Interrupts in a row that found nothing to do.
   uint8_t idle_interrupts_ = 0;
 
-  // The tick's own: the last value of `events_`, for how many ticks, and whether the bus has hung
-  // since that was counted.
+  // The tick's own: the last value of `events_`, for how many ticks, in how many of them in a row the
+  // clock stood still, and whether the bus has hung since that was counted.
   uint8_t seen_ = 0;
   uint8_t still_ = 0;
+  uint8_t stood_ = 0;
   bool stuck_ = false;
 
   uint8_t frame_[kFrameMost] = {};

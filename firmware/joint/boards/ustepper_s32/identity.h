@@ -10,6 +10,9 @@ namespace bioscara {
 // Whether the flash holds the sealed image: false after an interrupted flashing.
 bool image_intact();
 
+// Its CRC-32, as sealed.
+uint32_t image_crc();
+
 // A number derived from the content of memory at power-up. Call before memory is set up.
 uint32_t power_up_noise();
 

@@ -41,6 +41,8 @@ inline uint32_t reversed(uint32_t word) {
 
 }  // namespace
 
+uint32_t image_crc() { return kIdentity.crc32; }
+
 // The CRC unit takes words highest bit first, where zlib takes bytes lowest bit first.
 bool image_intact() {
   const uint32_t length = kIdentity.length;

@@ -47,6 +47,12 @@ void open_power_stage() {
   output(gpioa(), kDriverDisable.pin, true);
 }
 
+void light_up() {
+  stm32::rcc().AHB1ENR |= stm32::Rcc::GPIOCEN;
+  (void)stm32::rcc().AHB1ENR;
+  output(gpioc(), kLight.pin, true);
+}
+
 void set_up() {
   stm32::rcc().AHB1ENR |= stm32::Rcc::GPIOAEN | stm32::Rcc::GPIOBEN | stm32::Rcc::GPIOCEN;
   (void)stm32::rcc().AHB1ENR;
@@ -55,6 +61,7 @@ void set_up() {
   // The driver: SD_MODE low for its ramp generator, SPI_MODE high.
   output(gpioc(), 8, false);
   output(gpioc(), 1, true);
+  output(gpioc(), kLight.pin, false);
   alternate(gpioa(), 8, 0, kMedium);  // MCO1
   for (unsigned pin : {13U, 14U, 15U}) alternate(gpiob(), pin, 5, kMedium);
   for (unsigned pin : {10U, 11U, kEncoderData}) alternate(gpioc(), pin, 6, kMedium);

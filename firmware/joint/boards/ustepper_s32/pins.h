@@ -17,10 +17,15 @@ struct Output {
 constexpr Output kDriverDisable{stm32::gpioa, 1};
 constexpr Output kDriverSelect{stm32::gpiob, 12};
 constexpr Output kEncoderSelect{stm32::gpioa, 15};
+// LED D2. Its active level is in none of our references: high is taken to light it.
+constexpr Output kLight{stm32::gpioc, 4};
 
 // The first thing after a reset: the pin floats until this has run. The latch is set high before
 // the pin becomes an output.
 void open_power_stage();
+
+// Steady light, also before set_up().
+void light_up();
 
 // All others: MCO1, both SPI buses, the driver's mode pins, the I2C target's lines.
 void set_up();

@@ -3,6 +3,7 @@
 #include <stdint.h>
 
 #include "bootloader.h"
+#include "exceptions.h"
 #include "identity.h"
 #include "main.h"
 #include "pins.h"
@@ -17,7 +18,6 @@ extern void (*const init_array_start[])();
 extern void (*const init_array_end[])();
 
 [[noreturn]] void reset_handler();
-void fault_handler();
 void control_tick_handler();
 void i2c_handler();
 }
@@ -93,20 +93,4 @@ void reset_handler() {
     (*constructor++)();
   bioscara::run(noise);
 }
-
-// The stack itself may be corrupt, so this begins a new one.
-__attribute__((naked)) void fault_handler() {
-  __asm volatile(
-      "ldr r0, =stack_top\n\t"
-      "mov sp, r0\n\t"
-      "b open_and_reset");
-}
-
-__attribute__((used)) void open_and_reset() {
-  bioscara::pins::kDriverDisable.high();
-  stm32::reset();
-}
-
-// Called for a pure virtual call: a class without an implementation.
-void __cxa_pure_virtual() { fault_handler(); }
 }

@@ -119,6 +119,8 @@ struct Scb {
   volatile uint8_t SHPR[12];
   Word SHCSR, CFSR, HFSR;
   static constexpr uint32_t VECTKEY = 0x05FAU << 16, SYSRESETREQ = bit(2);
+  // CFSR, of the memory protection and of the bus
+  static constexpr uint32_t STACKING_ERRORS = bit(4) | bit(12);
 };
 
 template <typename Peripheral>
@@ -150,6 +152,7 @@ inline Word& cpacr() { return at<Word>(0xE000ED88); }
 // Three words of the unique id.
 inline const Word* unique_id() { return &at<const Word>(0x1FFF7A10); }
 constexpr uint32_t kSystemMemory = 0x1FFF0000;
+constexpr uint32_t kMemory = 0x20000000, kMemorySize = 64 * 1024;
 
 // Positions of interrupts in the NVIC.
 enum Interrupt : unsigned { TIM3 = 29, I2C1_EV = 31, I2C1_ER = 32, kInterrupts = 85 };

@@ -8,6 +8,18 @@
 
 namespace bioscara {
 
+// An exception of the processor that restarted the controller.
+struct ExceptionRecord {
+  // Number of its vector.
+  uint8_t vector = 0;
+  // Of the instruction; 0 where the stack was unusable.
+  uint32_t address = 0;
+  // CFSR of the Cortex-M4.
+  uint32_t status = 0;
+  // Starts since then; 1 for the present one, 0 where there was no exception.
+  uint8_t starts = 0;
+};
+
 class Hal {
  public:
   // Free-running microseconds; wraps around.
@@ -34,6 +46,15 @@ class Hal {
 
   // Errors of the bus that the I2C target met since boot.
   virtual uint16_t bus_errors() = 0;
+
+  // CRC-32 of the image that runs, as sealed; 0 for none.
+  virtual uint32_t image() = 0;
+
+  // The last exception since power came up.
+  virtual ExceptionRecord exception() = 0;
+
+  // The light that shows what the joint is doing.
+  virtual void indicate(bool lit) = 0;
 
   // Leaves this firmware for the bootloader, with the power stage open. Returns in simulation only.
   virtual void enter_bootloader() = 0;

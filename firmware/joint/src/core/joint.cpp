@@ -61,6 +61,7 @@ void Joint::tick() {
   act();
   motion_.driver().finish();
   publish();
+  indicate();
   leave();
   hal_.feed_watchdog();
 }
@@ -258,6 +259,12 @@ void Joint::publish() {
       (homed_ ? 0 : mask(Flags::NOTHOMED)) | (enabled_ ? 0 : mask(Flags::NOTENABLED)) |
       (fault_ != Fault::NONE ? mask(Flags::FAULT) : 0));
   wire_.publish(status);
+}
+
+void Joint::indicate() {
+  indicator_.advance(hal_, fault_ != Fault::NONE ? Indication::FAULT
+                           : enabled_            ? Indication::ENABLED
+                                                 : Indication::DISABLED);
 }
 
 }  // namespace bioscara

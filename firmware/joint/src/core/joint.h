@@ -7,6 +7,7 @@
 #include "configuration.h"
 #include "hal.h"
 #include "homing.h"
+#include "indicator.h"
 #include "load_angle.h"
 #include "motion.h"
 #include "orientation.h"
@@ -64,6 +65,7 @@ class Joint {
   void watch_silence();
   void act();
   void publish();
+  void indicate();
 
   // joint_commands.cpp: execution of commands.
   void execute(const Command& command);
@@ -115,6 +117,7 @@ class Joint {
   Supervisor supervisor_;
   Homing homing_;
   Orientation orientation_;
+  Indicator indicator_;
 
   JointState state_ = JointState::DISABLED;
   bool enabled_ = false;

@@ -47,6 +47,13 @@ void count(uint16_t& counter) {
 // SETUP is documented with two bytes; hosts pad it to four.
 constexpr size_t kShortSetup = 2;
 constexpr size_t kTrailer = 2;
+
+// Executed in the interrupt: no command for the tick.
+bool immediate(Register code) {
+  return code == Register::HOMEOFFSET || code == Register::CAPTURE ||
+         code == Register::CAPTUREBLOCK;
+}
+
 // BOOTLOADER must follow DISARM within this time.
 constexpr uint32_t kDisarmedMicros = 2000000;
 
@@ -93,6 +100,7 @@ bool Wire::take(Command& command) {
 void Wire::publish(const Status& status) {
   const auto other = static_cast<uint8_t>(1 - current_);
   statuses_[other] = status;
+  capture_.add(status.error_steps);
   hal_.lock();
   current_ = other;
   if (queue_.empty()) flags_ = status.flags;
@@ -191,7 +199,7 @@ Refusal Wire::examine(const Frame& frame, Command& command) const {
   if (code == Register::DISARM || code == Register::BOOTLOADER) return may_leave(frame);
   Refusal reason = decode(frame, command);
   if (reason == Refusal::NONE) reason = permitted(frame, command);
-  if (reason == Refusal::NONE && code != Register::HOMEOFFSET && !queue_.takes(command))
+  if (reason == Refusal::NONE && !immediate(code) && !queue_.takes(command))
     reason = Refusal::QUEUE_FULL;
   return reason;
 }
@@ -208,6 +216,11 @@ void Wire::execute(const Frame& frame, const Command& command) {
       return;
     case Register::HOMEOFFSET:
       home_offset_ = command.number;
+      return;
+    case Register::CAPTURE:
+      capture_.begin();
+      return;
+    case Register::CAPTUREBLOCK:
       return;
     case Register::WATCHDOG:
       watchdog_ms_ = static_cast<uint16_t>(command.whole);
@@ -287,6 +300,8 @@ Refusal Wire::decode(const Frame& frame, Command& command) const {
            fabsf(command.number - status().reference_deg) <= status().reach_deg;
   } else if (command.code == Register::CLEARFAULT) {
     fits = bytes[0] == static_cast<uint8_t>(status().fault);
+  } else if (command.code == Register::CAPTUREBLOCK) {
+    fits = capture_.holds(bytes[0]);
   }
   return fits ? Refusal::NONE : Refusal::OUT_OF_RANGE;
 }
@@ -341,7 +356,8 @@ uint8_t Wire::foresee(const Command& command) const {
   return flags;
 }
 
-size_t Wire::fill(Register code, uint8_t* bytes) const {
+size_t Wire::fill(const Frame& frame, uint8_t* bytes) const {
+  const Register code = frame.definition->code;
   uint8_t* at = bytes;
   switch (code) {
     case Register::PING:
@@ -373,7 +389,7 @@ size_t Wire::fill(Register code, uint8_t* bytes) const {
       *at++ = configuration_.joint;
       at += store(at, boot_id_);
       *at++ = static_cast<uint8_t>(hal_.reset_cause());
-      *at++ = 0x7F;  // All seven capabilities.
+      *at++ = 0xFF;  // All eight capabilities.
       break;
     case Register::TRACK:
     case Register::TRACKLOAD:
@@ -402,6 +418,24 @@ size_t Wire::fill(Register code, uint8_t* bytes) const {
     case Register::BUSERRORS:
       at += store(at, hal_.bus_errors());
       break;
+    case Register::IMAGE:
+      at += store(at, hal_.image());
+      break;
+    case Register::EXCEPTION: {
+      const ExceptionRecord last = hal_.exception();
+      *at++ = last.vector;
+      at += store(at, last.address);
+      at += store(at, last.status);
+      *at++ = last.starts;
+      break;
+    }
+    case Register::CAPTURE:
+      at += store(at, capture_.captured());
+      break;
+    case Register::CAPTUREBLOCK:
+      for (size_t index = 0; index < kBlockSamples; ++index)
+        at += store(at, capture_.error(frame.payload[0], index));
+      break;
     default:
       break;
   }
@@ -411,7 +445,7 @@ size_t Wire::fill(Register code, uint8_t* bytes) const {
 void Wire::answer(const Frame& frame, uint8_t flags, Answer& answer) const {
   const Register code = frame.definition->code;
   const bool payload = !frame.writes || frame.definition->direction == Direction::EXCHANGE;
-  answer.size = payload ? fill(code, answer.bytes) : 0;
+  answer.size = payload ? fill(frame, answer.bytes) : 0;
   if (!frame.checked) {
     answer.bytes[answer.size++] = flags & 0x0F;
     return;

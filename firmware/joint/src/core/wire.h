@@ -4,6 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "capture.h"
 #include "command.h"
 #include "configuration.h"
 #include "hal.h"
@@ -77,7 +78,7 @@ class Wire {
   uint8_t foresee(const Command& command) const;
   void answer(const Frame& frame, uint8_t flags, Answer& answer) const;
   void refuse(const uint8_t* data, size_t size, const Frame& frame, Answer& answer) const;
-  size_t fill(Register code, uint8_t* bytes) const;
+  size_t fill(const Frame& frame, uint8_t* bytes) const;
   void seal(Answer& answer, uint8_t sequence) const;
 
   void apply(const Verdict& verdict);
@@ -87,6 +88,7 @@ class Wire {
   Hal& hal_;
   const Configuration configuration_;
   CommandQueue queue_;
+  Capture capture_;
   // The tick writes the one that the interrupt does not read.
   Status statuses_[2];
   volatile uint8_t current_ = 0;

@@ -50,6 +50,10 @@ enum class Register : uint8_t {
   BUSERRORS = 0x47,
   DISARM = 0x8C,
   BOOTLOADER = 0xB9,
+  IMAGE = 0x61,
+  EXCEPTION = 0x78,
+  CAPTURE = 0x7F,
+  CAPTUREBLOCK = 0xAA,
 };
 
 enum class Flags : uint8_t {
@@ -131,6 +135,7 @@ enum class Capability : uint8_t {
   BUS_ERRORS = 0x10,
   BOOTLOADER = 0x20,
   LOAD = 0x40,
+  DIAGNOSIS = 0x80,
 };
 
 enum class BrakeMode : uint8_t {
@@ -210,6 +215,8 @@ constexpr Range<uint8_t> kByteRanges[] = {
     {0, 255},  // HOME sensitivity
     {0, 100},  // HOME current
     {0, 255},  // CLEARFAULT fault
+    {0, 255},  // CAPTURE zero
+    {0, 51},  // CAPTUREBLOCK block
 };
 
 constexpr Definition kDefinitions[] = {
@@ -256,10 +263,17 @@ constexpr Definition kDefinitions[] = {
     {Register::BUSERRORS, Direction::READ, 0, 2, 2, false, false, false, Kind::U8, 24},
     {Register::DISARM, Direction::WRITE, 2, 0, 2, false, false, false, Kind::U16, 14},
     {Register::BOOTLOADER, Direction::WRITE, 2, 0, 2, false, false, false, Kind::U16, 15},
+    {Register::IMAGE, Direction::READ, 0, 4, 2, false, false, false, Kind::U8, 24},
+    {Register::EXCEPTION, Direction::READ, 0, 10, 2, false, false, false, Kind::U8, 24},
+    {Register::CAPTURE, Direction::READ_WRITE, 1, 2, 2, false, false, false, Kind::U8, 24},
+    {Register::CAPTUREBLOCK, Direction::EXCHANGE, 1, 10, 2, false, false, false, Kind::U8, 25},
 };
 
 constexpr uint16_t kMagic = 0x4253;
 constexpr uint8_t kProtocolVersion = 2;
 constexpr float kVelocityStepRpm = 0.1F;
+constexpr uint16_t kCaptureSamples = 256;
+constexpr uint8_t kBlockSamples = 5;
+constexpr uint8_t kCaptureBlockMost = 51;
 
 }  // namespace bioscara

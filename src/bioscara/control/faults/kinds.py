@@ -53,7 +53,7 @@ class FaultKind(Enum):
     HOMING_FAILED = (Stop.HOLD, "clear the joint's path to its end stop")
     JOINT_FAULT = (Stop.HOLD, "remove the cause that the joint names")
     OVERTEMPERATURE = (Stop.DISABLE, "let the joint's motor driver cool down")
-    POWER_LOST = (Stop.POWERLESS, "release the emergency stop or restore the motor supply")
+    POWER_LOST = (Stop.POWERLESS, "release the emergency stop or restore the supply")
     OVERRUN = (Stop.HOLD, "free the computer of other work, or lower the rate")
     LATE = (Stop.SLOW, "free the computer of other work, or lower the rate")
     CONTROLLER_FAILED = (Stop.HOLD, "read the cause; it is a defect of the controller")
@@ -107,7 +107,7 @@ _JOINT_FAULTS = {
 }
 _POWER = frozenset({JointFault.DRIVER.name, JointFault.DRIVER_RESET.name})
 _UNDERVOLTAGE = 4.0
-"""Data of a joint's fault DRIVER when its motor has no supply: the bit in GSTAT, alone."""
+"""Data of a joint's fault DRIVER when its motor alone has no supply: the bit in GSTAT, alone."""
 _NO_FAULT_OF_HOMING = frozenset({JointFault.ENCODER.name, JointFault.INTERNAL.name}) | _POWER
 """Faults of a joint that end homing and have nothing to do with its path."""
 
@@ -160,12 +160,12 @@ def reports_missing_supply(cause: BioscaraError) -> bool:
 
 
 def indicates_power_loss(cause: BioscaraError) -> bool:
-    """Return whether a joint fails like this, or stays silent, when its motor power is lost."""
+    """Return whether a joint fails like this, or stays silent, when its power is lost."""
     if isinstance(cause, JointFaultError | HomingError):
         return cause.fault in _POWER
     if isinstance(cause, JointLostError):
-        # Without power nothing acknowledges. Exchanges that do not end, or arrive corrupted, show
-        # that something is wrong with the bus.
+        # Without its supply the whole joint is off, and nothing acknowledges. Exchanges that do not
+        # end, or arrive corrupted, show that something is wrong with the bus.
         return isinstance(cause.reason, NoAcknowledgeError)
     # A version 1 joint latches no fault: it only reports that it is no longer enabled.
     return isinstance(cause, NotEnabledError)

@@ -27,7 +27,13 @@ from bioscara.control.faults.kinds import (
 from bioscara.control.faults.log import EvidenceWriter, FaultLog
 from bioscara.control.faults.stop import MotionStopper
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.errors import BioscaraError, FaultedError, JointError, ModeSwitchError
+from bioscara.errors import (
+    BioscaraError,
+    FaultedError,
+    JointError,
+    ModeSwitchError,
+    NoAcknowledgeError,
+)
 from bioscara.hardware import ArmHardware, LifecycleState
 
 _SLOW = 0.5
@@ -266,7 +272,13 @@ class Supervisor:
             # Joints that cannot be released now are released below, once they are identified again.
             with suppress(BioscaraError):
                 manager.set_hardware_state(arm.name, LifecycleState.UNCONFIGURED, time)
-        arm.configure()
+        try:
+            arm.configure()
+        except NoAcknowledgeError as error:
+            if all(fault.kind is not FaultKind.POWER_LOST for fault in self.faults):
+                raise
+            text = f"{error}; {FaultKind.POWER_LOST.action}, then recover() again"
+            raise NoAcknowledgeError(text, error.address) from error
         try:
             arm.clear_faults()
         except JointError as error:

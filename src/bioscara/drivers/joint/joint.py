@@ -10,6 +10,7 @@ from functools import partial
 from bioscara.arguments import flag, number, shown, whole
 from bioscara.bus import Bus
 from bioscara.clock import Clock
+from bioscara.drivers.joint import capture
 from bioscara.drivers.joint.cyclic import CyclicExchange
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.homing import HomingProcedure
@@ -27,7 +28,7 @@ from bioscara.drivers.joint.sample import FLAGS, JointSample, Setpoint
 from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.joint.transmission import DEG_PER_MICROSTEP
 from bioscara.drivers.link.errors import fault_error
-from bioscara.drivers.link.joint_reports import FaultReport, Hello
+from bioscara.drivers.link.joint_reports import ExceptionReport, FaultReport, Hello
 from bioscara.drivers.link.session import Session
 from bioscara.errors import (
     BioscaraError,
@@ -188,6 +189,24 @@ class Joint:
                 "init(), enable() and home() it again",
             )
 
+    def get_image(self) -> int:
+        """Request the CRC-32 of the image that the joint runs; 0 for a simulated joint.
+
+        Raises:
+            NotSupportedError: A version 1 joint, or firmware without that register.
+        """
+        self._require(Capability.DIAGNOSIS, "get_image")
+        return int(self.session.read(Register.IMAGE).values[0])
+
+    def get_exception(self) -> ExceptionReport | None:
+        """Request the processor's last exception since power came up; None if there was none.
+
+        Raises:
+            NotSupportedError: A version 1 joint, or firmware without that register.
+        """
+        self._require(Capability.DIAGNOSIS, "get_exception")
+        return ExceptionReport.from_answer(self.session.read(Register.EXCEPTION))
+
     def start_bootloader(self) -> None:
         """Make the joint leave its firmware for the bootloader, to be flashed; home is lost.
 
@@ -243,6 +262,27 @@ class Joint:
         """Request position, velocity, flags and, from a version 2 joint, state and load."""
         return self.feedback.read()
 
+    def start_capture(self) -> None:
+        """Begin to capture the position error, 256 times in 0.256 s; replaces the last capture.
+
+        Raises:
+            NotSupportedError: A version 1 joint, or firmware without captures.
+        """
+        self._require(Capability.DIAGNOSIS, "start_capture")
+        self.session.write(Register.CAPTURE)
+
+    def read_capture(self) -> capture.Capture:
+        """Return the capture that :meth:`start_capture` began; waits until it is complete.
+
+        It does not keep a motion alive: send setpoints until the motion ends, then call it.
+
+        Raises:
+            NotSupportedError: A version 1 joint, or firmware without captures.
+            IncorrectStateError: No capture was begun since the joint started.
+        """
+        self._require(Capability.DIAGNOSIS, "read_capture")
+        return capture.read(self.session, self.clock, self.name)
+
     # Faults.
 
     def get_fault(self) -> FaultReport:
@@ -260,12 +300,7 @@ class Joint:
         Raises:
             NotSupportedError: A version 1 joint, or firmware without that counter.
         """
-        self.session.require_v2("get_bus_errors")
-        if self.hello is None or not self.hello.capabilities & Capability.BUS_ERRORS:
-            raise NotSupportedError(
-                f"{self.name}: its firmware does not count errors of the bus; flash firmware/joint "
-                "of this host's version"
-            )
+        self._require(Capability.BUS_ERRORS, "get_bus_errors")
         return int(self.session.read(Register.BUSERRORS).values[0])
 
     def clear_fault(self, fault: str | None = None) -> None:
@@ -401,8 +436,9 @@ class Joint:
     def stop(self, *, hard: bool = False) -> None:
         """Ramp down and hold; ends a blocking command. Never refused because of the joint's state.
 
-        A version 1 joint that has not yet taken a blocking command or a move in steps takes it
-        first: the call then waits for up to 25 ms.
+        A version 1 joint that has not yet taken a blocking command takes it first: the call then
+        waits for up to 25 ms. An orientation check of such a joint is not ended but waited for,
+        for up to 5 s: with its original firmware a STOP would leave it waiting for its target.
 
         Args:
             hard: True for the hardest deceleration instead of the configured one; original
@@ -645,6 +681,8 @@ class Joint:
         Raises:
             LimitError: The angle is too large.
             JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
+            IncorrectStateError: It did not end within 5 s. Switch a version 1 joint off and on
+                then: its check ends in no other way.
         """
         what = f"{self.name} orientation check angle"
         angle_deg = math.degrees(number(what, motor_angle))
@@ -656,9 +694,21 @@ class Joint:
         try:
             self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)
             self._supervise(not_busy, _ORIENTATION_TIMEOUT, "the orientation check")
+        except IncorrectStateError as error:
+            if self.version == 1:
+                error.remedy = "switch the joint off and on, which alone ends its check"
+            raise
         finally:
             self.readiness.blocking = Register.NONE
         self.raise_fault()
+
+    def _require(self, capability: Capability, what: str) -> None:
+        self.session.require_v2(what)
+        if self.hello is None or not self.hello.capabilities & capability:
+            raise NotSupportedError(
+                f"{self.name}: its firmware has no {what}; flash firmware/joint of this host's "
+                "version"
+            )
 
     def _stop_unless_clear(self, velocity: float) -> None:
         """Stop the joint and raise if it could not stop within the limits from ``velocity``."""

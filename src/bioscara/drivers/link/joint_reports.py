@@ -84,6 +84,46 @@ class FaultReport:
         )
 
 
+_EXCEPTIONS = {2: "NMI", 3: "HardFault", 4: "MemManage", 5: "BusFault", 6: "UsageFault"}
+"""Names of the processor's exceptions, from the Cortex-M4 generic user guide."""
+_FIRST_INTERRUPT = 16
+
+
+@dataclass(frozen=True, slots=True)
+class ExceptionReport:
+    """An exception of the processor that restarted a joint.
+
+    Attributes:
+        vector: Number of its vector: 2 for NMI, 3 for HardFault; 16 and more are interrupts; 0
+            where the program itself gave up.
+        address: Address of the instruction; 0 where the stack was unusable.
+        status: Fault status of the Cortex-M4, its register CFSR.
+        starts: Starts of the joint since then; 1 for the present one.
+    """
+
+    vector: int
+    address: int
+    status: int
+    starts: int
+
+    def __str__(self) -> str:
+        place = f"at {self.address:#010x}" if self.address else "at an unknown address"
+        return f"{self.name} {place} (CFSR {self.status:#010x})"
+
+    @property
+    def name(self) -> str:
+        """Name of the exception, as ``HardFault``."""
+        if self.vector >= _FIRST_INTERRUPT:
+            return f"interrupt {self.vector - _FIRST_INTERRUPT}"
+        return _EXCEPTIONS.get(self.vector, f"exception {self.vector}")
+
+    @classmethod
+    def from_answer(cls, answer: Answer) -> Self | None:
+        """Return the decoded answer to EXCEPTION; None if there was none since power came up."""
+        vector, address, status, starts = map(int, answer.values)
+        return cls(vector, address, status, starts) if starts else None
+
+
 def _name(kind: type[Fault] | type[Refusal], number: int) -> str:
     try:
         return kind(number).name

@@ -3,6 +3,8 @@
 The firmware of the existing arms speaks protocol version 1. It takes some commands only when its
 10 ms loop comes round, forgets them if another frame comes first, holds the clock of the whole bus
 low when more is read than it wrote, and runs away when SETMAXVELOCITY reaches it in velocity mode.
+STOP does not end its orientation check, whose wait for a target then goes on without stall
+detection and deadman, until a later command crosses that target and the check turns the motor.
 Nothing on the wire distinguishes it from newer firmware that speaks version 1, so these rules apply
 to every version 1 joint.
 """
@@ -19,20 +21,25 @@ QUIET = 25e-3
 """Pause without any frame after a command taken by the joint's loop [s]: the loop's period of 10 ms
 plus its execution time."""
 HOME_PAUSE = 0.6
-"""Time after HOME before the next command taken by its loop [s]. The loop waits for half a second
-before it moves and ignores STOP during that time; another blocking command would make it resume
-homing in the previous direction."""
+"""Time after HOME before the next command taken by its loop, or MOVESTEPS [s]. The loop waits for
+half a second before it moves and ignores STOP during that time; another blocking command would make
+it resume homing in the previous direction, and it would end a move."""
+CHECK_MOST = 5.0
+"""Longest time for which a command waits for the end of an orientation check [s]. A check that has
+not ended by then never does: STOP halts its motion, and the joint has to be switched off and on."""
 START_UP = 1.0
 """Pause without any frame after power-up [s]. The joint acknowledges its address during its set-up
 of 0.6 s, but cannot answer yet."""
 
-_DEFERRED = (WRITE[Register.HOME], WRITE[Register.CHECKORIENTATION], WRITE[Register.MOVESTEPS])
+_HOME, _CHECK = WRITE[Register.HOME], WRITE[Register.CHECKORIENTATION]
+_DEFERRED = (_HOME, _CHECK)
 """Commands taken by its loop, as are all that it does not know; of those, only HELLO is ever sent
 to it (:mod:`bioscara.drivers.link.handshake`)."""
 _TO_POSITION = (WRITE[Register.SETUP], WRITE[Register.MOVETOANGLE], WRITE[Register.MOVESTEPS])
-_TO_VELOCITY = (WRITE[Register.SETRPM], WRITE[Register.STOP], WRITE[Register.HOME])
-_MOVE, _HOME = WRITE[Register.MOVETOANGLE], WRITE[Register.HOME]
-_STALL = int(Flags.STALL)
+_TO_VELOCITY = (WRITE[Register.SETRPM], WRITE[Register.STOP], _HOME)
+_AFTER_HOME = (*_DEFERRED, WRITE[Register.MOVESTEPS])
+_MOVE = WRITE[Register.MOVETOANGLE]
+_STALL, _BUSY = int(Flags.STALL), int(Flags.BUSY)
 
 _REGISTER_PER_DEG = 200.0 / 360.0 * 256.0 * 0.0220
 """Units of the motor driver's acceleration register per deg/s^2 of the motor: 200 steps per turn,
@@ -52,14 +59,16 @@ class OriginalTiming:
     Attributes:
         quiet_until: Send no frame before this time [s]; always in the past for version 2.
         deferred_from: Send no other command for its loop before this time [s]; likewise.
+        check_until: Send no command before this time while it reports that it is busy [s]: it may
+            be in an orientation check; likewise.
         in_position_mode: Whether the last mode-changing command put the joint into position mode.
         silent: Whether it did not acknowledge its address at the last request.
     """
 
-    __slots__ = ("deferred_from", "in_position_mode", "quiet_until", "silent")
+    __slots__ = ("check_until", "deferred_from", "in_position_mode", "quiet_until", "silent")
 
     def __init__(self) -> None:
-        self.quiet_until = self.deferred_from = -math.inf
+        self.quiet_until = self.deferred_from = self.check_until = -math.inf
         self.in_position_mode = False
         self.silent = False
 
@@ -72,10 +81,12 @@ class OriginalTiming:
         """Record that a frame was executed; a stalled joint ignores MOVETOANGLE."""
         if message in _TO_POSITION and not (message is _MOVE and flags & _STALL):
             self.in_position_mode = True
+        if message is not _CHECK and not flags & _BUSY:
+            self.check_until = -math.inf
 
     def free_from(self, message: Message) -> float:
         """Return the earliest time at which a frame may be sent [s]."""
-        if message in _DEFERRED:
+        if message in _AFTER_HOME:
             return max(self.quiet_until, self.deferred_from)
         return self.quiet_until
 
@@ -85,6 +96,8 @@ class OriginalTiming:
             self.quiet_until = time + QUIET
         if message is _HOME:
             self.deferred_from = time + HOME_PAUSE
+        elif message is _CHECK:
+            self.check_until = time + CHECK_MOST
 
 
 def note_silence(bus: Bus, address: int) -> None:

@@ -12,7 +12,13 @@ from bioscara.drivers.link.errors import exchange_failed, named_error, refused_e
 from bioscara.drivers.link.handshake import acknowledges, identify, require_known
 from bioscara.drivers.link.joint_reports import FaultReport, Hello
 from bioscara.drivers.link.line import line_of
-from bioscara.drivers.link.original import START_UP, OriginalTiming, forget_silence, note_silence
+from bioscara.drivers.link.original import (
+    CHECK_MOST,
+    START_UP,
+    OriginalTiming,
+    forget_silence,
+    note_silence,
+)
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
@@ -48,6 +54,8 @@ _ARMED, _REFUSED = int(Flags.ARMED), int(Flags.REFUSED)
 _new = tuple.__new__
 _PAUSE = 50e-6
 """Time between two tries of a frame [s]."""
+_CHECK_PAUSE = 20e-3
+"""Time between two readings of whether an orientation check has ended [s]."""
 _TICK_PAUSE = 2e-3
 """Time within which the joint's control tick takes a command [s]."""
 _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
@@ -204,6 +212,8 @@ class Session:
         self.require_open()
         if self.version == 1 and message.definition.support is not Support.YES:
             self.require_v2(message.register.name)
+        if self.version == 1 and message is WRITE.get(message.register):
+            self._await_check()
         tries = TRIES if repeat or self.version == 2 else 1
         transaction: Transaction | None = None
         unanswered = False
@@ -349,13 +359,21 @@ class Session:
         """Write STOP; raises as :meth:`exchange`.
 
         The original firmware's STOP leaves the setpoint of SETRPM to its deadman, which disables
-        the joint after 60 ms of silence; SETRPM 0 resets it, and also ramps down.
+        the joint after 60 ms of silence; SETRPM 0 resets it, and also ramps down. As every command,
+        both wait for the end of an orientation check.
         """
         if self.version == 1:
             # Must never prevent STOP.
             with suppress(CommunicationError, JointError):
                 self.write(Register.SETRPM, 0.0, repeat=False)
         self.write(Register.STOP, mode)
+
+    def _await_check(self) -> None:
+        """Wait for the end of an orientation check of a version 1 joint, up to its time limit."""
+        while self._clock.now() < self.timing.check_until:
+            if not self.exchange(_PING).flags & Flags.BUSY:
+                return
+            self._wait(_CHECK_PAUSE)
 
     def _message(
         self, messages: Mapping[Register, Message], register: Register, use: str
@@ -398,6 +416,9 @@ class Session:
             if flags & Flags.BUSY or not flags & Flags.NOTENABLED:
                 # A command of an earlier host that is no longer supervised. Its motion would
                 # continue: to its target, or, in velocity mode, for as long as the joint is polled.
+                if flags & Flags.BUSY and not flags & Flags.NOTHOMED:
+                    # Not HOME, which clears the home: probably an orientation check.
+                    self.timing.check_until = self._clock.now() + CHECK_MOST
                 self.stop(1)
         except BioscaraError:
             self.close()

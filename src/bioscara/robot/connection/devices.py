@@ -45,13 +45,18 @@ def _firmware(v1: bool | Collection[str]) -> str:
 
 
 def simulated_devices(
-    parameters: ArmParameters, *, v1: bool | Collection[str], seed: int, homed: bool = False
+    parameters: ArmParameters,
+    *,
+    v1: bool | Collection[str],
+    seed: int,
+    homed: bool = False,
+    controllers_fed: bool = False,
 ) -> Devices:
     """Return the devices of an arm simulated in this process; arguments as ``Robot.simulated``."""
     # Imported here: the compiled firmware is a separate distribution.
     from bioscara.sim import BenchBus, FirmwareBus, SimulatedArm  # noqa: PLC0415
 
-    arm = SimulatedArm(seed=seed, v1=v1)
+    arm = SimulatedArm(seed=seed, v1=v1, controllers_fed=controllers_fed)
     if flag("homed", homed):
         # As by a program before this one: the joints keep it until they are switched off.
         bus = FirmwareBus(arm)

@@ -15,7 +15,7 @@ from bioscara.flashing import access, dfu, programmer
 from bioscara.flashing import image as image_file
 from bioscara.flashing.access import RULES
 from bioscara.version import __version__
-from flashing.images import image
+from flashing.images import crc_of, image
 from flashing.stand_ins import Bench
 
 ONE, OTHER = "3569366E3037", "2071345B3037"
@@ -48,7 +48,7 @@ def test_an_image_is_written_read_back_and_started(
     out, err = capsys.readouterr()
     assert err == ""
     assert out.splitlines() == [
-        "image: j1.bin, j1, version 0.1.0, 5000 bytes",
+        f"image: j1.bin, j1, version 0.1.0, 5000 bytes, CRC {crc_of(image(1)):08x}",
         f"writing to the board in its USB bootloader, serial number {ONE}; keep it connected",
         "verified: the flash holds the image",
     ]

@@ -18,14 +18,26 @@ from bioscara.errors import (
     NotSupportedError,
     RefusedError,
 )
+from bioscara.flashing import JOINTS
+from bioscara.flashing import image as image_file
 from bioscara.model import load_parameters
 from bioscara.protocol import READ, Refusal, Register, ResetCause
 from bioscara.robot.connection import devices
 from bioscara.sim import FirmwareBus, SimulatedArm
-from flashing.images import image
+from bioscara.version import __version__
+from flashing.images import crc_of, image
 from flashing.stand_ins import Bench
+from flashing.told import Told
 
-SERIALS = {"j1": "3569366E3037", "j2": "2071345B3037"}
+SERIALS = {
+    "j1": "3569366E3037",
+    "j2": "2071345B3037",
+    "j3": "206F337D3037",
+    "j4": "354C366A3037",
+}
+OLDER = 0x1234ABCD
+"""CRC-32 of the image that the joints have before they are flashed."""
+ONE = f"{crc_of(image(1)):08x}"
 PARAMETERS = {joint.name: joint for joint in load_parameters().joints}
 
 
@@ -33,7 +45,9 @@ class Arm(Bus):
     """An arm whose joints are connected by USB: a joint that leaves its firmware shows up there."""
 
     def __init__(self, arm: SimulatedArm, tools: Bench) -> None:
-        self.arm, self.tools, self._bus = arm, tools, FirmwareBus(arm)
+        self.arm, self.tools, self._bus = arm, tools, Told(FirmwareBus(arm))
+        for joint in PARAMETERS.values():
+            self._bus.set_image(joint.address, OLDER)
         self.in_bootloader: set[str] = set()
         self.restarted: set[str] = set()
         self.lost = False
@@ -44,6 +58,7 @@ class Arm(Bus):
                 self.restarted.add(name)
                 self.in_bootloader.discard(name)
                 self.arm.reset(name, ResetCause.SOFTWARE)
+                self.has_image(name, self.tools.flash(serial))
                 self.arm.clock.sleep_until(self.arm.now() + 0.5)
         results = self._bus.transfer(transactions)
         if any(each.write[0] == Register.BOOTLOADER for each in transactions):
@@ -55,6 +70,10 @@ class Arm(Bus):
             if self.lost:
                 return [NoAcknowledgeError("lost", each.address) for each in transactions]
         return results
+
+    def has_image(self, name: str, content: bytes) -> None:
+        """Let a joint run this image."""
+        self._bus.set_image(PARAMETERS[name].address, crc_of(content))
 
     def answers(self, name: str) -> bool:
         ping = READ[Register.PING]
@@ -73,8 +92,10 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Arm]:
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
     monkeypatch.chdir(tmp_path)
-    for joint in (1, 2):
-        (tmp_path / f"j{joint}.bin").write_bytes(image(joint))
+    monkeypatch.setattr(image_file, "__file__", str(tmp_path / "src/bioscara/flashing/image.py"))
+    for joint in JOINTS:
+        for name in (f"j{joint}.bin", f"bioscara-{__version__}-j{joint}.bin"):
+            (tmp_path / name).write_bytes(image(joint))
 
     def make(*names: str, v1: bool = False) -> Arm:
         made = Arm(SimulatedArm(v1=v1), Bench(folder, *(names or ("dfu-util",))))
@@ -87,6 +108,15 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Arm]:
 
 def flash(*words: str, joint: int = 1) -> int:
     return main(["flash", "--joint", str(joint), f"j{joint}.bin", "--bus", "linux:1", *words])
+
+
+def shown_in_documentation(words: str) -> list[str]:
+    """Return the output of `bioscara flash WORDS --bus linux:1` on the page, behind the images."""
+    page = (Path(__file__).parents[4] / "docs/firmware.md").read_text()
+    (shown,) = re.findall(
+        rf"    \$ bioscara flash {words} .*\n    image: \.\.\n((?:    .*\n)*)", page
+    )
+    return [line.strip() for line in shown.splitlines()]
 
 
 def joint(arm: Arm, name: str = "j1") -> Joint:
@@ -103,18 +133,16 @@ def test_a_joint_on_the_bus_is_flashed_and_identified(
     out, err = capsys.readouterr()
     assert err == ""
     first, *others = out.splitlines()
-    assert first == "image: j1.bin, j1, version 0.1.0, 5000 bytes"
+    assert first == f"image: j1.bin, j1, version 0.1.0, 5000 bytes, CRC {ONE}"
     assert others == [
-        "j1 has protocol 2, firmware 0.1",
+        f"j1 has protocol 2, firmware 0.1, image {OLDER:08x}",
         "asked to start its bootloader",
         f"writing to the board in its USB bootloader, serial number {SERIALS['j1']}; "
         "keep it connected",
         "verified: the flash holds the image",
-        "confirmed: j1 answers with protocol 2, firmware 0.1",
+        f"confirmed: j1 answers with protocol 2, firmware 0.1, image {ONE}",
     ]
-    page = (Path(__file__).parents[4] / "docs/firmware.md").read_text()
-    (shown,) = re.findall(r"    \$ bioscara flash .*\n    image: \.\.\n((?:    .*\n)*)", page)
-    assert [line.strip() for line in shown.splitlines()] == others
+    assert shown_in_documentation("--joint 1") == others
     assert bus.tools.flash(SERIALS["j1"]) == image(1)
     assert all(bus.answers(name) for name in SERIALS)
 
@@ -233,6 +261,7 @@ def test_a_joint_that_did_not_restart_was_not_flashed(
 ) -> None:
     bus = arm("st-flash", "st-info", v1=v1)
     bus.tools.probe("1")
+    bus.has_image("j1", image(1))
     assert flash("--swd") == 1
     out, err = capsys.readouterr()
     assert "verified: the flash holds the image" in out
@@ -277,3 +306,224 @@ def test_only_a_disabled_joint_of_this_firmware_starts_its_bootloader(
 def test_an_original_joint_has_no_request_for_its_bootloader(arm: Callable[..., Arm]) -> None:
     with pytest.raises(NotSupportedError, match="j1: the request for the bootloader needs"):
         joint(arm(v1=True)).start_bootloader()
+
+
+def test_a_joint_that_has_the_image_is_told_so_and_flashed(
+    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    bus.has_image("j1", image(1))
+    assert flash() == 0
+    out, _ = capsys.readouterr()
+    assert f"j1 has protocol 2, firmware 0.1, image {ONE}\nj1 already has this image\n" in out
+    assert bus.tools.flash(SERIALS["j1"]) == image(1)
+
+
+def test_a_joint_that_runs_another_image_was_not_flashed(
+    arm: Callable[..., Arm],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arm()
+    monkeypatch.setattr(Arm, "has_image", lambda *_: None)
+    assert flash() == 1
+    err = capsys.readouterr().err
+    assert (
+        f"j1 answers with protocol 2, firmware 0.1, image {OLDER:08x}, not restarted with 0.1, "
+        f"image {ONE}: another board was flashed" in err
+    )
+
+
+# All joints, one after the other.
+
+ALL = ["flash", "--all", "--bus", "linux:1"]
+
+
+def crc(number: int) -> str:
+    return f"{crc_of(image(number)):08x}"
+
+
+def flashed(bus: Arm) -> list[str]:
+    return [name for name, serial in SERIALS.items() if bus.tools.flash(serial)]
+
+
+def test_all_joints_are_flashed_but_the_one_that_has_its_image(
+    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    bus.has_image("j2", image(2))
+    bus.arm.set_motor_power(False)  # Supplied by USB.
+    assert main(ALL) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    lines = out.splitlines()
+    assert lines[:4] == [
+        f"image: bioscara-{__version__}-j{number}.bin, j{number}, version 0.1.0, 5000 bytes, "
+        f"CRC {crc(number)}"
+        for number in JOINTS
+    ]
+    has = "protocol 2, firmware 0.1, image"
+    expected = [
+        f"j1: {has} {OLDER:08x}: waits for image {crc(1)}",
+        f"j2: {has} {crc(2)}: already has its image",
+        f"j3: {has} {OLDER:08x}: waits for image {crc(3)}",
+        f"j4: {has} {OLDER:08x}: waits for image {crc(4)}",
+    ]
+    for number in (1, 3, 4):
+        serial = SERIALS[f"j{number}"]
+        expected += [
+            f"j{number}: asked to start its bootloader",
+            f"j{number}: writing to the board in its USB bootloader, serial number {serial}; keep "
+            "it connected",
+            f"j{number}: verified: the flash holds the image",
+            f"j{number}: confirmed: j{number} answers with {has} {crc(number)}",
+        ]
+    expected.append("done: j1, j3, j4 flashed and confirmed")
+    assert lines[4:] == expected
+    assert shown_in_documentation("--all") == expected
+    assert flashed(bus) == ["j1", "j3", "j4"]
+    for number in (1, 3, 4):
+        assert bus.tools.flash(SERIALS[f"j{number}"]) == image(number)
+    # Again: nothing is left to do.
+    for number in JOINTS:
+        bus.has_image(f"j{number}", image(number))
+    calls = len(bus.tools.calls())
+    assert main(ALL) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        "done: each joint has its image, nothing was written"
+    )
+    assert len(bus.tools.calls()) == calls + 1
+
+
+def test_a_failure_stops_all_with_what_was_done_and_the_commands_that_go_on(
+    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    board = Bench.board
+
+    def show(tools: Bench, serial: str) -> None:
+        board(tools, serial)
+        tools.trouble(spoils=serial == SERIALS["j3"])
+
+    monkeypatch.setattr(Bench, "board", show)
+    assert main(ALL) == 1
+    err = capsys.readouterr().err.splitlines()
+    assert len(err) == 2
+    assert "j3 is without working firmware now and does not move" in err[0]
+    assert "repeat: bioscara flash --joint 3 --bus linux:1" in err[0]
+    assert err[1] == (
+        "bioscara: stopped: j1, j2 flashed and confirmed, j3, j4 not; go on with bioscara flash "
+        "--joint 3 --bus linux:1, then bioscara flash --all --bus linux:1"
+    )
+    assert flashed(bus) == ["j1", "j2", "j3"]
+    # The commands that it names go on.
+    bus.tools.trouble(spoils=False)
+    assert main(["flash", "--joint", "3", "--bus", "linux:1"]) == 0
+    assert main(ALL) == 0
+    out = capsys.readouterr().out
+    assert out.splitlines()[-1] == "done: j4 flashed and confirmed"
+    assert all(bus.tools.flash(SERIALS[f"j{number}"]) == image(number) for number in JOINTS)
+
+
+def test_a_board_that_does_not_appear_stops_all(
+    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    monkeypatch.setattr(Bench, "board", lambda *_: None)
+    monkeypatch.setattr("bioscara.flashing.dfu._PATIENCE", 0.0)
+    assert main(ALL) == 1
+    err = capsys.readouterr().err
+    assert "no board is in its bootloader" in err
+    assert "stopped: none flashed and confirmed, j1, j2, j3, j4 not; go on with" in err
+    assert all(bus.answers(f"j{number}") for number in (2, 3, 4))
+
+
+def test_another_board_that_appears_in_between_is_not_written(
+    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    board = Bench.board
+
+    def show(tools: Bench, serial: str) -> None:
+        board(tools, serial)
+        board(tools, "another")
+
+    monkeypatch.setattr(Bench, "board", show)
+    assert main(ALL) == 1
+    assert "2 boards are in their bootloader" in capsys.readouterr().err
+    assert flashed(bus) == []
+
+
+def test_with_a_board_in_its_bootloader_nothing_is_begun(
+    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    joint(bus, "j3").start_bootloader()
+    assert not bus.answers("j3")
+    assert main(ALL) == 2
+    err = capsys.readouterr().err
+    assert f"a board is in its bootloader already, serial number {SERIALS['j3']}, and of" in err
+    assert "press its RESET, or flash it as the joint that it is, as with bioscara flash" in err
+    assert flashed(bus) == []
+    assert bus.answers("j1")
+
+
+def test_joints_that_cannot_be_flashed_over_the_bus_are_all_named_before_anything_is_written(
+    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    bus.arm.set_power("j1", False)
+    engaged = joint(bus, "j4")
+    engaged.enable()
+    assert main(ALL) == 2
+    err = capsys.readouterr().err
+    assert len(err.splitlines()) == 1
+    assert "j1 (0x11), HELLO" in err
+    assert "j4 is enabled, and its load may fall" in err
+    assert err.endswith("then repeat: bioscara flash --all --bus linux:1\n")
+    assert flashed(bus) == []
+    assert all(bus.answers(name) for name in ("j2", "j3", "j4"))
+
+
+def test_original_joints_are_named_with_their_button(
+    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm(v1=True)
+    assert main(ALL) == 2
+    err = capsys.readouterr().err
+    for number in JOINTS:
+        assert (
+            f"j{number}: the original firmware has no request for the bootloader: connect the "
+            "joint's board by USB, hold its BOOT button, press RESET for half a second and release "
+            f"BOOT, then bioscara flash --joint {number} --bus linux:1" in err
+        )
+    assert flashed(bus) == []
+
+
+def test_a_missing_image_is_named_before_the_bus_is_opened(
+    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = arm()
+    Path(f"bioscara-{__version__}-j3.bin").unlink()
+    assert main(ALL) == 2
+    assert "there is no image for j3 here" in capsys.readouterr().err
+    assert bus.tools.calls() == []
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ([], "--all finds the joints by their bus: name it, as --bus linux:1"),
+        (["--bus", "linux:1", "--joint", "1"], "--joint and --all exclude one another"),
+        (["--bus", "linux:1", "--swd"], "--all and --swd exclude one another"),
+        (["--bus", "linux:1", "j1.bin"], "--all and FILE exclude one another"),
+        (["--bus", "linux:1", "--serial", "1"], "--all and --serial exclude one another"),
+        (["--bus", "sim"], "--bus sim has no board to flash"),
+    ],
+)
+def test_options_of_one_joint_are_refused_with_all(
+    words: list[str], reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["flash", "--all", *words])
+    assert reason in capsys.readouterr().err

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
 
 import pytest
 
@@ -12,9 +13,13 @@ import bioscara.sim
 from bioscara.bus import Bus, Transaction
 from bioscara.cli import main
 from bioscara.errors import CommunicationError
+from bioscara.flashing import image as image_file
 from bioscara.protocol import READ, TRAILER, Register
 from bioscara.protocol.crc import crc8
 from bioscara.sim import FirmwareBus, SimulatedArm
+from bioscara.version import __version__
+from flashing.images import crc_of, image
+from flashing.told import Told
 
 JOINTS = ("j1", "j2", "j3", "j4")
 Wire = Callable[[Callable[[SimulatedArm], Bus]], None]
@@ -133,7 +138,7 @@ def test_a_joint_with_newer_firmware_is_listed_with_its_version_and_the_remedy(
     wire(lambda arm: NewerBus(arm, 0x12))
     assert main(["joints"]) == 1
     out, err = capsys.readouterr()
-    assert re.search(r"^j2 +0x12 +protocol 3, firmware 1\.7( +-){5}$", line(out, "j2"))
+    assert re.search(r"^j2 +0x12 +protocol 3, firmware 1\.7( +-){6}$", line(out, "j2"))
     assert "missing" not in out
     assert err == (
         "bioscara: j2: firmware 1.7 speaks protocol 3, bioscara 0.1.0 1 and 2; install a bioscara "
@@ -141,3 +146,56 @@ def test_a_joint_with_newer_firmware_is_listed_with_its_version_and_the_remedy(
     )
     assert main(["move", "--joints", "0", "0.2", "0", "0"]) == 2
     assert "j2: firmware 1.7 speaks protocol 3" in capsys.readouterr().err
+
+
+def test_each_joint_is_listed_with_its_image_and_the_last_exception(
+    wire: Wire,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(image_file, "__file__", str(tmp_path / "src/bioscara/flashing/image.py"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / f"bioscara-{__version__}-j2.bin").write_bytes(image(2))
+
+    def make(arm: SimulatedArm) -> Bus:
+        bus = Told(MixedBus(arm, ("j4",)))
+        bus.set_image(0x12, crc_of(image(2)))
+        bus.set_image(0x13, 0x123)
+        bus.set_exception(0x12, 3, 0x0800_1234, 0x8200, 1)
+        bus.set_exception(0x13, 66, 0, 0, 3)
+        return bus
+
+    wire(make)
+    assert main(["joints"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert re.search(r"no +simulation +power on", line(out, "j1"))
+    named = f"{crc_of(image(2)):08x} (bioscara-{__version__}-j2.bin)"
+    assert re.search(rf"no +{re.escape(named)} +power on", line(out, "j2"))
+    assert re.search(r"no +00000123 +power on", line(out, "j3"))
+    assert re.search(r"no +original firmware +unknown", line(out, "j4"))
+    assert out.splitlines()[-2:] == [
+        "j2: restarted after HardFault at 0x08001234 (CFSR 0x00008200)",
+        "j3: restarted after interrupt 50 at an unknown address (CFSR 0x00000000); 2 more starts "
+        "since",
+    ]
+
+
+def test_a_joint_whose_firmware_does_not_tell_its_image_is_listed_without(
+    wire: Wire, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def make(arm: SimulatedArm) -> Bus:
+        bus = Told(FirmwareBus(arm))
+        message = READ[Register.HELLO]
+        (answer,) = bus.transfer(
+            (Transaction(0x13, message.encode_v2(0x13, 0), message.sealed_answer_size),)
+        )
+        assert isinstance(answer, bytes)
+        # All capabilities that our firmware had before it told its image.
+        bus.payloads[0x13, Register.HELLO] = answer[:9] + bytes((0x7F,))
+        return bus
+
+    wire(make)
+    assert main(["joints"]) == 0
+    assert re.search(r"no +unknown +power on +none", line(capsys.readouterr().out, "j3"))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from bioscara.cli.arm_parameters import parameters_from
+from bioscara.cli.flashed_joint import image_name, image_of
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, BusUnavailableError
+from bioscara.flashing import known_images
 from bioscara.model import ArmParameters
 from bioscara.protocol import Capability, Flags
 from bioscara.robot.connection.devices import Devices, devices_on, simulated_devices
 
-_HEADINGS = ("joint", "address", "firmware", "flags", "homed", "reset", "fault", "errors")
+_HEADINGS = ("joint", "address", "firmware", "flags", "homed", "image", "reset", "fault", "errors")
 
 
 def run(options: Options) -> int:
@@ -28,6 +32,8 @@ def run(options: Options) -> int:
     devices = _devices(options, parameters)
     output.line(f"arm: {devices.description}")
     missing: list[str] = []
+    exceptions: list[str] = []
+    images = known_images()
     rows: list[tuple[str, ...]] = [_HEADINGS]
     with devices.bus as bus:
         addresses = {joint.name: joint.address for joint in parameters.joints}
@@ -35,16 +41,20 @@ def run(options: Options) -> int:
         for joint in (Joint(bus, devices.clock, each) for each in parameters.joints):
             try:
                 joint.init()
-                rows.append(_row(joint))
+                row, exception = _row(joint, images), _exception(joint)
+                rows.append(row)
+                exceptions += exception
             except BusUnavailableError:
                 raise
             except BioscaraError as error:
                 missing.append(f"{joint.name}: {str(error).removeprefix(f'{joint.name}: ')}")
                 # A joint that answered hello is present, even if it is another one or too new.
                 who = "missing" if joint.hello is None else joint.firmware
-                rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"-----"))
+                rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"------"))
     for line in columns(rows):
         output.line(line)
+    for sentence in exceptions:
+        output.line(sentence)
     for sentence in missing:
         complain(sentence)
     output.check()
@@ -83,7 +93,28 @@ def _devices(options: Options, parameters: ArmParameters) -> Devices:
     return devices_on(options.bus, parameters)
 
 
-def _row(joint: Joint) -> tuple[str, ...]:
+def _image(joint: Joint, images: Mapping[int, str]) -> str:
+    if joint.version == 1:
+        return "original firmware"
+    crc = image_of(joint)
+    if crc is None:
+        return "unknown"
+    name = images.get(crc)
+    return image_name(crc) + (f" ({name})" if name else "")
+
+
+def _exception(joint: Joint) -> list[str]:
+    """Return a sentence about the exception that restarted the joint, if there was one."""
+    if joint.hello is None or not joint.hello.capabilities & Capability.DIAGNOSIS:
+        return []
+    report = joint.get_exception()
+    if report is None:
+        return []
+    since = f"; {report.starts - 1} more starts since" if report.starts > 1 else ""
+    return [f"{joint.name}: restarted after {report}{since}"]
+
+
+def _row(joint: Joint, images: Mapping[int, str]) -> tuple[str, ...]:
     flags = Flags(joint.get_flags())
     reset, fault, errors = "unknown", "unknown", "unknown"
     if joint.hello is not None:
@@ -98,6 +129,7 @@ def _row(joint: Joint) -> tuple[str, ...]:
         f"{joint.parameters.address:#04x}",
         joint.firmware,
         *_state(flags),
+        _image(joint, images),
         reset,
         fault,
         errors,

@@ -14,7 +14,7 @@
 export const EXPERIMENTS = [
   { fault: "obstacle", joint: true, value: "place", switch: { on: 0, off: { fault: "clear_obstacles", value: 0 } } },
   { fault: "push", joint: true, value: "force", initial: 5, switch: { on: 0, off: { fault: "push", value: 0 } } },
-  { fault: "motor_power", joint: false, value: null, switch: { on: 0, off: { fault: "motor_power", value: 1 } } },
+  { fault: "supply", joint: false, value: null, switch: { on: 0, off: { fault: "supply", value: 1 } } },
   { fault: "power", joint: true, value: null, switch: { on: 0, off: { fault: "power", value: 1 } } },
   { fault: "reset", joint: true, value: null, switch: { on: 1, off: null } },
   { fault: "hang", joint: true, value: null, switch: { on: 1, off: { fault: "hang", value: 0 } } },
