@@ -181,7 +181,7 @@ MUTANTS = (
     Mutant(
         "a block of a capture only once it is captured",
         "Wire::decode",
-        "fits = capture_.holds(first);",
+        "fits = capture_.holds(bytes[0]);",
         "",
         HOST,
     ),
