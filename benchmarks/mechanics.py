@@ -14,11 +14,14 @@ from bioscara.model import JointParameters, load_parameters
 from bioscara.protocol import READ, WRITE, Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 
-EDGES = (3, 14, 16, 18, 20, 22, 25, 30, 35, 40, 60, 70, 80, 90, 100, 110, 118)
+EDGES = (3, 5, 8, 10, 14, 16, 18, 20, 22, 25, 30, 35, 40, 60, 70, 80, 90, 100, 110, 118)
 """Bounds of the speeds that the arm's position errors were sorted by [rad/s of the motor]."""
 
 ON_THE_ARM = {
     3: (14.5, 14.5),
+    5: (14.5, 14.5),
+    8: (14.5, 14.5),
+    10: (14.5, 14.5),
     14: (21, 21),
     16: (38, 73),
     18: (63, 67),
@@ -34,13 +37,22 @@ ON_THE_ARM = {
     110: (45.5, 45.5),
 }
 """Mean error [microsteps] by the speed's lower bound, speeding up and slowing down; the free motor
-of J4 at 20 % current."""
+of J4 at 20 % current. Of 3 .. 14 rad/s the arm has one range, 12 .. 17."""
+
+PULL_OUTS = {
+    "j2": ({"speed": 0.2, "acceleration": 0.2, "percent": 50, "position": 0.1}, 78.0),
+    "j3": ({"speed": 14.0, "acceleration": 15.0}, 145.0),
+}
+"""Of the lift upwards and of the elbow: arguments of :func:`pull_out`, and where the arm loses
+synchronism [rad/s of the motor]. That of the elbow is not a measurement: the model before the fit
+was reported to be about 20 % too strong."""
 
 ARMS = 40
 """Seeds of the rows about many arms."""
 RAMP = 7.0
 """Acceleration of the ramp [rad/s^2 of the motor]; that of the arm was not recorded."""
 _TOP = 120.0
+_FASTEST = 400.0
 _RPM = 30.0 / math.pi
 _STEPS_PER_RADIAN = 51200.0 / (2.0 * math.pi)
 _SAMPLE = 0.01
@@ -50,17 +62,23 @@ class Motor:
     """One joint's motor, enabled and without end stops, in rad/s of the motor."""
 
     def __init__(
-        self, joint: str, *, v1: bool = False, seed: int = 0, position: float = 0.0
+        self,
+        joint: str,
+        *,
+        v1: bool = False,
+        seed: int = 0,
+        position: float = 0.0,
+        percent: int = 20,
     ) -> None:
         self.arm = SimulatedArm(seed=seed, v1=v1, frequency=None, positions={joint: position})
         self.arm.remove_stops(joint)
         self.joint, self._address = joint, 0x10 + int(joint[1])
         self._bus = FirmwareBus(self.arm)
-        self.send(Register.SETUP, 20, 20)
+        self.send(Register.SETUP, percent, percent)
         for _ in range(100):
             self.arm.run(0.02)
             self.send(Register.PING)
-        self.send(Register.SETMAXVELOCITY, math.degrees(200.0))
+        self.send(Register.SETMAXVELOCITY, math.degrees(_FASTEST))
 
     def send(self, register: Register, *values: float) -> None:
         """Write to a register with a version 1 frame; read it where there is nothing to write."""
@@ -100,22 +118,34 @@ def errors(*, seed: int = 0, ramp: float = RAMP) -> tuple[dict[int, list[float]]
     return tuple(result)
 
 
-def pull_out(speed: float, *, seed: int = 0, position: float = 0.0) -> float | None:
-    """Return where J1 loses synchronism while accelerating to ``speed`` at 3 rad/s^2, or None.
+def pull_out(
+    speed: float,
+    *,
+    joint: str = "j1",
+    acceleration: float = 3.0,
+    percent: int = 20,
+    seed: int = 0,
+    position: float = 0.0,
+) -> float | None:
+    """Return where a joint loses synchronism while accelerating to ``speed``, or None.
 
     Args:
-        speed: Of the joint [rad/s], signed.
+        speed: Of the joint [rad/s or m/s], signed.
+        joint: Its name.
+        acceleration: Of the joint [rad/s^2 or m/s^2].
+        percent: Of the driver's full current.
         seed: Of the arm.
-        position: Where the joint starts [rad].
+        position: Where the joint starts [rad or m].
 
     Returns:
         The field's speed there [rad/s of the motor].
     """
-    motor = Motor("j1", seed=seed, position=position)
-    motor.accelerate(3.0 * 35.0)
-    start = motor.arm.load_angle("j1")
-    for now in motor.run(speed * 35.0, abs(speed) / 3.0 + 0.7, 0.0016):
-        if abs(motor.arm.load_angle("j1") - start) > 0.75 * 1024.0:
+    ratio = load_parameters().joints[int(joint[1]) - 1].reduction
+    motor = Motor(joint, seed=seed, position=position, percent=percent)
+    motor.accelerate(abs(acceleration * ratio))
+    start = motor.arm.load_angle(joint)
+    for now in motor.run(speed * ratio, abs(speed) / acceleration + 0.7, 0.0016):
+        if abs(motor.arm.load_angle(joint) - start) > 0.75 * 1024.0:
             return abs(now)
     return None
 
@@ -200,6 +230,20 @@ def rows() -> list[Row]:
             len(speeds) == ARMS and 40.0 < statistics.mean(speeds) < 50.0,
         )
     )
+    for name, (how, expected) in PULL_OUTS.items():
+        lost = [pull_out(joint=name, seed=seed, **how) for seed in range(ARMS)]
+        speeds = [speed for speed in lost if speed is not None]
+        mean = statistics.mean(speeds)
+        made.append(
+            Row(
+                f"{name} at {how.get('percent', 20)} % and {how['acceleration']:g} per s^2",
+                f"{len(speeds)} of {ARMS} arms lose synchronism, at {min(speeds):.0f} .. "
+                f"{max(speeds):.0f}, mean {mean:.0f} rad/s of the motor",
+                f"arm: at {expected:g}",
+                "all of them, mean within 10 %",
+                len(speeds) == ARMS and abs(mean / expected - 1.0) < 0.1,
+            )
+        )
     for parameters in load_parameters().joints:
         homings = [home(parameters, seed) for seed in range(ARMS)]
         longest = max(time for times, _ in homings for time in times)

@@ -181,7 +181,7 @@ MUTANTS = (
     Mutant(
         "a block of a capture only once it is captured",
         "Wire::decode",
-        "fits = capture_.holds(first);",
+        "fits = capture_.holds(bytes[0]);",
         "",
         HOST,
     ),
@@ -412,9 +412,23 @@ MUTANTS = (
     Mutant(
         "numbers must be finite, in the joint",
         "Wire::decode",
-        "if (!isfinite(command.number)) return Refusal::NOT_FINITE; fits = fabsf(command.number)",
-        "fits = fabsf(command.number)",
+        "if (!isfinite(command.number)) return Refusal::NOT_FINITE;",
+        "",
         HAZARDS,
+    ),
+    Mutant(
+        "numbers within the table's ranges, in the joint",
+        "Wire::decode",
+        "fits = within(kNumberRanges[row.range], command.number);",
+        "",
+        ("tests/firmware/test_ranges.py",),
+    ),
+    Mutant(
+        "bytes within the table's ranges, in the joint",
+        "Wire::decode",
+        "fits = within(kByteRanges[row.range + at], bytes[at]);",
+        "",
+        ("tests/firmware/test_ranges.py",),
     ),
     Mutant(
         "encoder's sign as in the original",

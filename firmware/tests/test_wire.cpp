@@ -504,14 +504,19 @@ TEST(numbers_that_are_not_finite_or_out_of_range_are_refused) {
     CHECK(has(host.send(code, payload)[0], Flags::REFUSED));
     CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
   };
-  out_of_range(Register::SETRPM, packed(1e9F));
-  out_of_range(Register::MOVETOANGLE, packed(-3e38F));
-  out_of_range(Register::SETMAXVELOCITY, packed(-1.0F));
-  out_of_range(Register::SETMAXACCELERATION, packed(-1.0F));
-  out_of_range(Register::SETMAXDECELERATION, packed(-1.0F));
-  out_of_range(Register::SETCONTROLTHRESHOLD, packed(-1.0F));
-  out_of_range(Register::CHECKORIENTATION, packed(11.0F));
+  for (Register code : {Register::SETRPM, Register::MOVEANGLE, Register::MOVETOANGLE,
+                        Register::HOMEOFFSET}) {
+    out_of_range(code, packed(std::nextafter(1e7F, kInfinite)));
+    out_of_range(code, packed(std::nextafter(-1e7F, -kInfinite)));
+    out_of_range(code, packed(-3e38F));
+  }
+  constexpr float kLeast = std::numeric_limits<float>::denorm_min();
+  for (Register code : {Register::SETMAXVELOCITY, Register::SETMAXACCELERATION,
+                        Register::SETMAXDECELERATION, Register::SETCONTROLTHRESHOLD})
+    out_of_range(code, packed(-kLeast));
+  out_of_range(Register::CHECKORIENTATION, packed(std::nextafter(10.0F, 11.0F)));
   out_of_range(Register::CHECKORIENTATION, packed(0.0F));
+  out_of_range(Register::CHECKORIENTATION, packed(-0.0F));
   out_of_range(Register::MOVETOEND, {1, 251, 30});
   out_of_range(Register::SETUP, {101, 20, 0, 0});
   out_of_range(Register::SETUP, {20, 101, 0, 0});
@@ -528,10 +533,51 @@ TEST(numbers_that_are_not_finite_or_out_of_range_are_refused) {
   out_of_range(Register::MOVETOEND, {1, 0, 30});
   out_of_range(Register::WATCHDOG, packed(std::uint16_t{9}));
   out_of_range(Register::WATCHDOG, packed(std::uint16_t{201}));
+  out_of_range(Register::WATCHDOG, packed(std::uint16_t{256 + 60}));
   out_of_range(Register::CLEARFAULT, {static_cast<std::uint8_t>(Fault::STALL)});
   bench.run(0.2);
   // The position of the rotor may still be corrected.
   CHECK(std::fabs(bench.driver().field() - before) < 20.0);
+}
+
+TEST(numbers_at_their_limits_are_accepted) {
+  constexpr float kMost = std::numeric_limits<float>::max();
+  constexpr float kLeast = std::numeric_limits<float>::denorm_min();
+  // A joint that is not enabled judges the values first, and moves nothing.
+  const auto accepted = [&](Register code, const Bytes& payload) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.send(code, payload);
+    const Refusal refusal = host.report().refusal;
+    CHECK(refusal == Refusal::NONE || refusal == Refusal::NOT_ENABLED);
+  };
+  for (Register code : {Register::SETRPM, Register::MOVEANGLE, Register::MOVETOANGLE,
+                        Register::HOMEOFFSET})
+    for (float number : {1e7F, -1e7F}) accepted(code, packed(number));
+  for (Register code : {Register::SETMAXVELOCITY, Register::SETMAXACCELERATION,
+                        Register::SETMAXDECELERATION, Register::SETCONTROLTHRESHOLD})
+    for (float number : {0.0F, -0.0F, kMost}) accepted(code, packed(number));
+  for (float number : {kLeast, 10.0F}) accepted(Register::CHECKORIENTATION, packed(number));
+  for (std::int32_t steps : {std::numeric_limits<std::int32_t>::min(),
+                             std::numeric_limits<std::int32_t>::max()})
+    accepted(Register::MOVESTEPS, packed(steps));
+  for (int timeout : {10, 200}) accepted(Register::WATCHDOG, packed(static_cast<std::uint16_t>(timeout)));
+  for (std::uint8_t percent : {0, 100}) {
+    accepted(Register::SETUP, {percent, percent, 255, 255});
+    accepted(Register::SETCURRENT, {percent});
+    accepted(Register::SETHOLDCURRENT, {percent});
+  }
+  for (std::uint8_t byte : {0, 1}) {
+    accepted(Register::STOP, {byte});
+    accepted(Register::RUNCONTINUOUS, {byte});
+    accepted(Register::HOME, {byte, 1, 0, 0});
+    accepted(Register::HOME, {byte, 250, 255, 100});
+    accepted(Register::MOVETOEND, {byte, 1, 128});
+    accepted(Register::MOVETOEND, {byte, 250, 255});
+    accepted(Register::SETBRAKEMODE, {static_cast<std::uint8_t>(2 * byte)});
+    accepted(Register::ENABLESTALLGUARD, {static_cast<std::uint8_t>(255 * byte)});
+  }
 }
 
 TEST(several_commands_within_a_tick_are_all_executed_and_too_many_refused) {

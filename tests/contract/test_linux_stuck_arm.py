@@ -86,10 +86,10 @@ def test_one_slow_joint_is_no_stuck_bus(scene: Scene) -> None:
         robot.move_joints(START)
         with pytest.raises((JointLostError, OverrunError)):
             scene.move(lambda: scene.wire.slow(2 * TIMEOUT, When(address=0x12), timeout=TIMEOUT))
-        # Two frames of an original joint, each with its repetition, take longer than joints wait.
-        expected = FaultKind.OVERRUN if robot.joints[0].version == 1 else FaultKind.JOINT_LOST
-        assert robot.faults[0].kind is expected
-        assert {fault.kind for fault in robot.faults} <= {expected, FaultKind.JOINT_LOST}
+        # Two frames of an original joint, each with its repetition, take longer than joints wait;
+        # which of the two limits is met first depends on the cycle.
+        late = {FaultKind.OVERRUN} if robot.joints[0].version == 1 else set()
+        assert {fault.kind for fault in robot.faults} <= {FaultKind.JOINT_LOST, *late}
         scene.wire.clear()
 
 

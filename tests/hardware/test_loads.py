@@ -104,8 +104,8 @@ def test_the_load_rises_with_the_force_on_a_joint_and_on_no_other(joint: str, mo
                     found.append(now or 0.0)
                 else:
                     assert now == pytest.approx(was, abs=2)
-        # A count of the encoder may show as 1.
-        assert all(low <= high + 1 for low, high in pairwise(found)), found
+        # Where friction holds the rotor, by a percent of noise.
+        assert all(low <= high + 1.0 for low, high in pairwise(found)), found
         assert found[-1] > found[0] + 15.0
         limit = 512.0 + 32.0 * ARM.joints[index].stall_threshold
         turned = 100.0 * abs(world.arm.load_angle(joint) - angle) / limit

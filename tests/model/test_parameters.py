@@ -162,7 +162,7 @@ def test_a_copy_of_the_file_is_the_same_arm(tmp_path: Path) -> None:
         # rad/s^2.
         ("  upper_arm: 0.329476", "  upper_arm: 0.1", "upper_arm: 0.1 is outside 0.16 .. 2 m"),
         ("    max_velocity: 1.0", "    max_velocity: 57.3", "57.3 is outside 1e-06 .. 9.8 rad/s"),
-        ("    max_velocity: 0.03", "    max_velocity: 30", "30 is outside 1e-06 .. 0.218361 m/s"),
+        ("    max_velocity: 0.02", "    max_velocity: 30", "30 is outside 1e-06 .. 0.218361 m/s"),
         (
             "    max_acceleration: 30.0",
             "    max_acceleration: 34.0",

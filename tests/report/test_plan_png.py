@@ -43,7 +43,7 @@ def captions(trajectory: Trajectory, tool: ToolLimits) -> dict[str, tuple[str, b
 
 def test_captions_name_the_peak_and_highlight_an_excess() -> None:
     said = captions(TOO_FAST, ToolLimits(0.1, 1.0, 1.57, 6.0))
-    assert said["j2 velocity"] == ("at most 0.035 of 0.03 m/s (115 %)", True)
+    assert said["j2 velocity"] == ("at most 0.035 of 0.02 m/s (173 %)", True)
     assert said["j3 velocity"] == ("at most 1.036 of 5 rad/s (21 %)", False)
     assert said["j1 position"] == ("-0.260 to 0.000 within -3.046 to 3.046 rad", False)
     assert said["tool velocity"] == ("at most 0.141 of 0.1 m/s (141 %)", True)

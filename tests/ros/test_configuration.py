@@ -162,11 +162,11 @@ def test_rule_3_limits_of_moveit_urdf_and_parameters_agree(urdf: ET.Element) -> 
     shown = load(MOVEIT / "config/moveit.rviz")["Visualization Manager"]["Displays"][1]
     assert shown["Velocity_Scaling_Factor"] == velocity
     assert shown["Acceleration_Scaling_Factor"] == acceleration
-    # The lift goes through its range, accelerating and braking, within half a minute.
+    # The lift goes through its range, accelerating and braking, within 35 s.
     lift = ARM.joints[1]
     speed = velocity * lift.max_velocity
     ramps = speed / (acceleration * lift.max_acceleration)
-    assert (lift.upper - lift.lower) / speed + ramps < 30.0
+    assert (lift.upper - lift.lower) / speed + ramps < 35.0
 
 
 def test_rule_3_lines_of_pilz_stay_below_the_reduced_speed() -> None:

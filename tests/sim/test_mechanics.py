@@ -6,7 +6,7 @@ import math
 import statistics
 
 import pytest
-from benchmarks.mechanics import EDGES, ON_THE_ARM, errors, home, pull_out
+from benchmarks.mechanics import EDGES, ON_THE_ARM, PULL_OUTS, errors, home, pull_out
 
 from bioscara.bus import Transaction
 from bioscara.model import JointParameters, load_parameters
@@ -23,6 +23,8 @@ def test_the_free_motor_swings_where_and_as_much_as_that_of_the_arm() -> None:
     for edge, expected in ON_THE_ARM.items():
         for found, mean in zip((up, down), expected, strict=True):
             assert 0.5 < statistics.mean(found[edge]) / mean < 2.0, (edge, EDGES)
+    # Where twice the electrical frequency meets the rotor's swing, there is hardly a rise.
+    assert max(statistics.mean(found[8]) for found in (up, down)) < 1.65 * ON_THE_ARM[8][0]
     # The second rise is there when it slows down only.
     assert statistics.mean(down[30]) > 4.0 * statistics.mean(up[30])
     p95 = statistics.quantiles(down[16] + down[18], n=20)[-1]
@@ -36,6 +38,28 @@ def test_j1_runs_at_1_radian_per_second_and_loses_the_field_below_2(seed: int) -
         lost = pull_out(2.0 * sign, seed=seed, position=position)
         assert lost is not None
         assert 35.0 < lost < 60.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_lift_and_elbow_lose_the_field_near_where_the_arm_does(seed: int) -> None:
+    for name, (how, expected) in PULL_OUTS.items():
+        lost = pull_out(joint=name, seed=seed, **how)
+        assert lost is not None
+        assert 0.85 < lost / expected < 1.2, name
+
+
+@pytest.mark.parametrize("joint", ["j2", "j3"])
+@pytest.mark.parametrize("seed", range(8))
+def test_lift_and_elbow_reach_their_limits_with_reserve(joint: str, seed: int) -> None:
+    limits = ARM.joints[int(joint[1]) - 1]
+    speed, acceleration = 1.1 * limits.max_velocity, 1.1 * limits.max_acceleration
+    percent = limits.drive_current_percent
+    assert (
+        pull_out(
+            speed, joint=joint, acceleration=acceleration, percent=percent, seed=seed, position=0.1
+        )
+        is None
+    )
 
 
 @pytest.mark.parametrize("joint", ARM.joints, ids=lambda joint: joint.name)
@@ -107,7 +131,7 @@ def test_a_joint_arrives_with_its_ramp_and_rests_within_4_microsteps(
             off = abs(host.read(Register.ANGLEMOVED)[0] - goal) * STEPS_PER_DEGREE
             if off <= 15.0:
                 arrived = min(arrived, arm.now())
-        assert arrived <= ramp_ends + 0.002, (seed, turn)
+        assert arrived <= ramp_ends + 0.025, (seed, turn)
         assert off <= 4.0, (seed, turn)
 
 

@@ -110,7 +110,7 @@ def test_raw_streams(laden: Loads, interface: str) -> None:
         def go(rng: random.Random = rng, here: Joints = here) -> None:
             for cycle in range(200):
                 if cycle % 40 == 0:
-                    most = (0.3, 0.03, 0.5, 1.5) if interface == "position" else (0.5, 0.03, 1, 5)
+                    most = (0.3, 0.03, 0.5, 1.5) if interface == "position" else (0.5, 0.02, 1, 5)
                     wanted = [rng.uniform(-high, high) for high in most]
                     if interface == "position":
                         wanted = [a + b for a, b in zip(here, wanted, strict=True)]

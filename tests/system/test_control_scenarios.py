@@ -39,7 +39,7 @@ ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
 LIMITS = {joint.name: joint for joint in ARM.joints}
 START = (-2.5, 0.30, 2.2, 2.5)
-GOAL = (-1.5, 0.25, 0.8, 1.0)
+GOAL = (-1.5, 0.267, 0.8, 1.0)
 
 
 class Scene:

@@ -79,11 +79,11 @@ def some_velocity(rng: random.Random) -> Velocity:
     if rng.random() < 0.5:
         turns = rng.choice((0, 1)) * rng.uniform(-10.0, 10.0)
         return JointVelocity(
-            rng.uniform(-1.0, 1.0), rng.uniform(-0.03, 0.03), rng.uniform(-5.0, 5.0), turns
+            rng.uniform(-1.0, 1.0), rng.uniform(-0.02, 0.02), rng.uniform(-5.0, 5.0), turns
         )
     if rng.random() < 0.3:
         return JointVelocity()
-    x, y, z = rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3), rng.uniform(-0.03, 0.03)
+    x, y, z = rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3), rng.uniform(-0.02, 0.02)
     return ToolVelocity(x, y, z, rng.choice((0, 1)) * rng.uniform(-2.0, 2.0))
 
 
@@ -333,7 +333,7 @@ def test_raw_streams(loads: Loads, kind: str) -> None:
             asked, rates = list(here), [0.0] * 4
             for cycle in range(250):
                 if cycle % rng.randrange(15, 60) == 0:
-                    most = (1.0, 0.03, 3.0, 5.0) if kind == "velocities" else (0.5, 0.03, 1.0, 1.0)
+                    most = (1.0, 0.02, 3.0, 5.0) if kind == "velocities" else (0.5, 0.03, 1.0, 1.0)
                     rates = [rng.uniform(-high, high) for high in most]
                     if kind == "steps":
                         asked = inside([a + b for a, b in zip(here, rates, strict=True)])

@@ -17,9 +17,10 @@ constexpr double kInductance = 3.2e-3;
 // where the period is half that of its swing.
 constexpr double kOffset = 0.081;
 // Harmonics of the flux: torque ripple at twice the electrical frequency, as a share of the peak,
-// and detent torque at four times [N m].
-constexpr double kRipple2 = 0.06;
-constexpr double kDetent = 1e-3;
+// and detent torque at four times [N m]; its sign ends the rotor's swing at 30 rad/s when the speed
+// falls.
+constexpr double kRipple2 = 0.02;
+constexpr double kDetent = -3e-3;
 // Eddy currents weaken the field that makes them: the drag of the iron ends its rise here [rad/s].
 constexpr double kDragKnee = 40.0;
 // Noise of the torque under chopped current, as a share of its peak (rms of a step).

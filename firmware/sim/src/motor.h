@@ -12,7 +12,7 @@ struct MotorParameters {
   // Peak torque per ampere of phase current, and back-EMF per rad/s [N m/A, V s/rad].
   double torque_constant = 0.19;
   // Drag of the magnet that turns in the iron, at low speed [N m s].
-  double drag = 5.5e-4;
+  double drag = 6.05e-4;
 };
 
 // How the driver feeds the coils during a step.

@@ -19,7 +19,7 @@ from bioscara.model.parameters import (
     UpdateRates,
 )
 
-CHECKSUM = 995_507_369
+CHECKSUM = 2_736_118_012
 """Checksum of the file."""
 
 
@@ -54,7 +54,7 @@ def parameters() -> ArmParameters:
                 reduction=-1570.7963267948967,
                 lower=-0.0016,
                 upper=0.338,
-                max_velocity=0.03,
+                max_velocity=0.02,
                 max_acceleration=0.2,
                 drive_current_percent=40,
                 hold_current_percent=40,

@@ -32,7 +32,7 @@ from bioscara.protocol.registers import (
     REGISTERS,
     VELOCITY_STEP_RPM,
 )
-from bioscara.protocol.rows import Definition, Field
+from bioscara.protocol.rows import ABOVE_ZERO, Definition, Field, Kind
 
 _ENUMS: tuple[type[IntEnum] | type[IntFlag], ...] = (
     Flags,
@@ -59,6 +59,13 @@ _HEADER_BEGIN = """\
 namespace bioscara {
 """
 _STRUCT = """\
+// What a value that is written has to be within.
+template <typename T>
+struct Range {
+  T lower;
+  T upper;
+};
+
 enum class Direction : uint8_t { NONE, READ, WRITE, READ_WRITE, EXCHANGE };
 
 // One row of the register table. Sizes are payload bytes; flags and trailer come on top.
@@ -71,6 +78,10 @@ struct Definition {
   bool blocking;
   bool motion;
   bool setpoint;
+  // Type of the first value written, and the place of its range: a number in kNumberRanges, a byte
+  // and those after it in kByteRanges.
+  Kind kind;
+  uint8_t range;
 };
 """
 _HEADER_END = f"""\
@@ -92,13 +103,27 @@ def render_header() -> str:
         lines.append(f"enum class {enum.__name__} : uint8_t {{")
         lines += [f"  {member.name} = 0x{member.value:02X}," for member in enum]
         lines += ["};", ""]
-    lines += [_STRUCT, "constexpr Definition kDefinitions[] = {"]
+    lines += [f"enum class Kind : uint8_t {{ {', '.join(kind.name for kind in Kind)} }};", ""]
+    rows, numbers, octets = list[str](), list[str](), list[str]()
     for row in REGISTERS:
+        kind = row.written[0].kind if row.written else Kind.U8
+        ranges = octets if struct.calcsize(kind.value) == 1 else numbers
         flags = ", ".join(str(flag).lower() for flag in (row.blocking, row.motion, row.setpoint))
-        lines.append(
+        rows.append(
             f"    {{Register::{row.register.name}, Direction::{row.access.name}, "
-            f"{_size(row.written)}, {_size(row.read)}, {row.version}, {flags}}},"
+            f"{_size(row.written)}, {_size(row.read)}, {row.version}, {flags}, "
+            f"Kind::{kind.name}, {len(ranges)}}},"
         )
+        for field in row.written if ranges is octets else row.written[:1]:
+            # The joint compares unsigned bytes: none that is signed has limits.
+            low, high = (0, 255) if field.kind is Kind.I8 else field_bounds(field)
+            text = (
+                f"{low:.0f}, {high:.0f}" if ranges is octets else f"{float(low)}F, {float(high)}F"
+            )
+            ranges.append(f"    {{{text}}},  // {row.register.name} {field.name}")
+    lines += [_STRUCT, "constexpr Range<float> kNumberRanges[] = {", *numbers, "};", ""]
+    lines += ["constexpr Range<uint8_t> kByteRanges[] = {", *octets, "};", ""]
+    lines += ["constexpr Definition kDefinitions[] = {", *rows]
     return "\n".join([*lines, "};", "", _HEADER_END])
 
 
@@ -118,7 +143,8 @@ def _describe(field: Field) -> str:
         text += f" in steps of {field.scale:g}{unit}"
     if field.lower is not None or field.upper is not None:
         low, high = field_bounds(field)
-        text += f" {low:g}.." if field.upper is None else f" {low:g}..{high:g}"
+        least = "above 0" if low == ABOVE_ZERO else f"{low:g}"
+        text += f" {least}.." if field.upper is None else f" {least}..{high:g}"
     return text
 
 

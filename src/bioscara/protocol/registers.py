@@ -8,7 +8,7 @@ fixed for life: they are those of the joints on existing arms. Motor units stay 
 from __future__ import annotations
 
 from bioscara.protocol.enums import Register
-from bioscara.protocol.rows import Access, Definition, Field, Kind, Support
+from bioscara.protocol.rows import ABOVE_ZERO, Access, Definition, Field, Kind, Support
 
 _ZERO = Field("zero", Kind.U8, padding=True)
 
@@ -17,8 +17,12 @@ def _percent(name: str) -> Field:
     return Field(name, Kind.U8, "%", 0, 100)
 
 
+def _number(name: str, unit: str = "") -> Field:
+    # Beyond this the position counter of the driver would overflow.
+    return Field(name, Kind.F32, unit, -1e7, 1e7)
+
+
 _R, _W, _X = Access.READ, Access.WRITE, Access.EXCHANGE
-_DEGREES = Field("angle", Kind.F32, "deg")
 _RPM = Field("velocity", Kind.F32, "rpm")
 _DIRECTION = Field("direction", Kind.U8, "", 0, 1)
 _LOAD = Field("load", Kind.U8, "%")
@@ -69,7 +73,7 @@ REGISTERS: tuple[Definition, ...] = (
         Register.SETRPM,
         _W,
         "Velocity mode: accelerates to this motor speed and keeps it.",
-        written=(_RPM,),
+        written=(_number("velocity", "rpm"),),
         motion=True,
         setpoint=True,
     ),
@@ -92,7 +96,7 @@ REGISTERS: tuple[Definition, ...] = (
         Register.MOVEANGLE,
         _W,
         "Relative move.",
-        written=(_DEGREES,),
+        written=(_number("angle", "deg"),),
         motion=True,
         support=Support.NAMED,
     ),
@@ -100,7 +104,7 @@ REGISTERS: tuple[Definition, ...] = (
         Register.MOVETOANGLE,
         _W,
         "Moves to this encoder angle within the speed and acceleration limits.",
-        written=(_DEGREES,),
+        written=(_number("angle", "deg"),),
         motion=True,
         setpoint=True,
     ),
@@ -121,7 +125,9 @@ REGISTERS: tuple[Definition, ...] = (
         setpoint=True,
         support=Support.NAMED,
     ),
-    Definition(Register.ANGLEMOVED, _R, "Encoder position.", read=(_DEGREES,)),
+    Definition(
+        Register.ANGLEMOVED, _R, "Encoder position.", read=(Field("angle", Kind.F32, "deg"),)
+    ),
     Definition(
         Register.SETCURRENT,
         _W,
@@ -241,7 +247,7 @@ REGISTERS: tuple[Definition, ...] = (
         _W,
         "Turns the motor by twice this angle and back and compares sign and size with the "
         "encoder; a motion underway ends first.",
-        written=(Field("angle", Kind.F32, "deg", 0.0, 10.0),),
+        written=(Field("angle", Kind.F32, "deg", ABOVE_ZERO, 10.0),),
         blocking=True,
         motion=True,
     ),
@@ -267,7 +273,7 @@ REGISTERS: tuple[Definition, ...] = (
         Access.READ_WRITE,
         "A number of the host's, stored while the joint is powered: the joint position at encoder "
         "zero.",
-        written=(Field("offset", Kind.F32),),
+        written=(_number("offset"),),
         read=(Field("offset", Kind.F32),),
     ),
     Definition(

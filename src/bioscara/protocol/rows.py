@@ -7,6 +7,9 @@ from enum import Enum
 
 from bioscara.protocol.enums import Register
 
+ABOVE_ZERO = 2.0**-149
+"""Lower limit of a float that must exceed zero: the smallest that 32 bits hold."""
+
 
 class Kind(Enum):
     """Type of a field; the value is its :mod:`struct` code (little endian on the wire)."""

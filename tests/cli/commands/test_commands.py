@@ -213,7 +213,7 @@ def test_too_fast_is_refused_with_joint_time_value_and_limit(
     out, err = capsys.readouterr()
     assert out == ""
     assert re.search(
-        r"j2 at \d\.\d+ s: velocity -?0\.\d+ m/s exceeds the limit of 0\.03 m/s; "
+        r"j2 at \d\.\d+ s: velocity -?0\.\d+ m/s exceeds the limit of 0\.02 m/s; "
         r"fit\(\), or bioscara run --fit, stretches it",
         err,
     )

@@ -189,7 +189,7 @@ def test_the_tool_gets_no_faster_where_one_joint_stops_before_the_others() -> No
 
 def test_a_joint_at_its_limit_does_not_hold_the_others() -> None:
     jog = JogGenerator(ARM, LIMITS, REST._replace(j2=0.33), tool_speed=1.0)
-    rows = held(jog, JointVelocity(j2=0.03, j4=0.5), 2.0)
+    rows = held(jog, JointVelocity(j2=LIMITS[1].max_velocity, j4=0.5), 2.0)
     assert rows[-1].j2 == pytest.approx(LIMITS[1].upper, abs=1e-6)
     assert jog.velocities.j4 == pytest.approx(0.5)
     assert jog.limitation == JogLimitation(

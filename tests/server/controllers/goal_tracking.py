@@ -180,7 +180,7 @@ def at_the_limits(site: Site, here: Sequence[float], send: Send) -> float:
     """To the ends of the lift and, as near as velocities alone get to it, of the wrist."""
     _, lift, _, wrist = site.served.robot.parameters.joints
     there = (here[0], lift.upper, here[2], wrist.upper - 0.02)
-    return _sent(send, quintic(here, there, 12.0))
+    return _sent(send, quintic(here, there, 14.0))
 
 
 GOALS = (slow, fast, over_the_cap, one_joint, repeated, cancelled, replaced, at_the_limits)

@@ -9,16 +9,14 @@ namespace bioscara {
 
 template <typename T>
 T load(const uint8_t* bytes) {
-  uint64_t bits = 0;
-  for (size_t i = 0; i < sizeof(T); ++i) bits |= static_cast<uint64_t>(bytes[i]) << (8 * i);
   T value;
-  memcpy(&value, &bits, sizeof(T));
+  memcpy(&value, bytes, sizeof(T));  // The controller is little endian, as is the wire.
   return value;
 }
 
 template <typename T>
 size_t store(uint8_t* bytes, T value) {
-  memcpy(bytes, &value, sizeof(T));  // The controller is little endian, as is the wire.
+  memcpy(bytes, &value, sizeof(T));
   return sizeof(T);
 }
 

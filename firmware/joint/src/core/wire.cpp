@@ -35,6 +35,11 @@ bool writable(const Definition& row) {
   return row.direction != Direction::READ;
 }
 
+template <typename T>
+bool within(const Range<T>& range, T value) {
+  return value >= range.lower && value <= range.upper;
+}
+
 void count(uint16_t& counter) {
   if (counter != 0xFFFF) ++counter;
 }
@@ -266,75 +271,37 @@ bool Wire::was_opened(uint16_t session) const {
 
 Refusal Wire::decode(const Frame& frame, Command& command) const {
   const uint8_t* bytes = frame.payload;
-  memcpy(command.bytes, bytes, frame.size < 4 ? frame.size : 4);
-  const uint8_t first = command.bytes[0];
+  const Definition& row = *frame.definition;
   bool fits = true;
-  switch (command.code) {
-    case Register::SETUP:
-      fits = first <= 100 && command.bytes[1] <= 100;
+  switch (row.kind) {
+    case Kind::F32:
+      command.number = load<float>(bytes);
+      if (!isfinite(command.number)) return Refusal::NOT_FINITE;
+      fits = within(kNumberRanges[row.range], command.number);
       break;
-    case Register::SETCURRENT:
-    case Register::SETHOLDCURRENT:
-      fits = first <= 100;
-      break;
-    case Register::SETBRAKEMODE:
-      fits = first <= static_cast<uint8_t>(BrakeMode::HARD_BRAKE);
-      break;
-    case Register::STOP:
-    case Register::RUNCONTINUOUS:
-      fits = first <= 1;
-      break;
-    case Register::HOME:
-      fits = first <= 1 && command.bytes[1] >= 1 && command.bytes[1] <= 250 &&
-             command.bytes[3] <= 100;
-      break;
-    case Register::MOVETOEND:
-      fits = first <= 1 && command.bytes[1] >= 1 && command.bytes[1] <= 250;
-      break;
-    case Register::MOVESTEPS:
+    case Kind::I32:
       command.whole = load<int32_t>(bytes);
+      fits = within(kNumberRanges[row.range], static_cast<float>(command.whole));
       break;
-    case Register::WATCHDOG:
+    case Kind::U16:
       command.whole = load<uint16_t>(bytes);
-      fits = command.whole >= 10 && command.whole <= 200;
-      break;
-    case Register::TRACK:
-      command.number = load<float>(bytes);
-      command.velocity = static_cast<float>(load<int16_t>(bytes + 4)) * kVelocityStepRpm;
-      if (!isfinite(command.number)) return Refusal::NOT_FINITE;
-      fits = fabsf(command.velocity) <= status().max_velocity_rpm * 1.1F + 1.0F &&
-             fabsf(command.number - status().reference_deg) <= status().reach_deg;
-      break;
-    case Register::SETRPM:
-    case Register::MOVEANGLE:
-    case Register::MOVETOANGLE:
-    case Register::HOMEOFFSET:
-      command.number = load<float>(bytes);
-      if (!isfinite(command.number)) return Refusal::NOT_FINITE;
-      // Beyond this the position counter of the driver would overflow.
-      fits = fabsf(command.number) <= 1e7F;
-      break;
-    case Register::SETMAXACCELERATION:
-    case Register::SETMAXDECELERATION:
-    case Register::SETMAXVELOCITY:
-    case Register::SETCONTROLTHRESHOLD:
-      command.number = load<float>(bytes);
-      if (!isfinite(command.number)) return Refusal::NOT_FINITE;
-      fits = command.number >= 0.0F;
-      break;
-    case Register::CHECKORIENTATION:
-      command.number = load<float>(bytes);
-      if (!isfinite(command.number)) return Refusal::NOT_FINITE;
-      fits = command.number > 0.0F && command.number <= 10.0F;
-      break;
-    case Register::CLEARFAULT:
-      fits = first == static_cast<uint8_t>(status().fault);
-      break;
-    case Register::CAPTUREBLOCK:
-      fits = capture_.holds(first);
+      fits = within(kNumberRanges[row.range], static_cast<float>(command.whole));
       break;
     default:
+      for (size_t at = 0; fits && at < frame.size; ++at) {
+        command.bytes[at] = bytes[at];
+        fits = within(kByteRanges[row.range + at], bytes[at]);
+      }
       break;
+  }
+  if (command.code == Register::TRACK) {
+    command.velocity = static_cast<float>(load<int16_t>(bytes + 4)) * kVelocityStepRpm;
+    fits = fabsf(command.velocity) <= status().max_velocity_rpm * 1.1F + 1.0F &&
+           fabsf(command.number - status().reference_deg) <= status().reach_deg;
+  } else if (command.code == Register::CLEARFAULT) {
+    fits = bytes[0] == static_cast<uint8_t>(status().fault);
+  } else if (command.code == Register::CAPTUREBLOCK) {
+    fits = capture_.holds(bytes[0]);
   }
   return fits ? Refusal::NONE : Refusal::OUT_OF_RANGE;
 }

@@ -144,6 +144,15 @@ enum class BrakeMode : uint8_t {
   HARD_BRAKE = 0x02,
 };
 
+enum class Kind : uint8_t { U8, I8, U16, I16, U32, I32, F32 };
+
+// What a value that is written has to be within.
+template <typename T>
+struct Range {
+  T lower;
+  T upper;
+};
+
 enum class Direction : uint8_t { NONE, READ, WRITE, READ_WRITE, EXCHANGE };
 
 // One row of the register table. Sizes are payload bytes; flags and trailer come on top.
@@ -156,56 +165,108 @@ struct Definition {
   bool blocking;
   bool motion;
   bool setpoint;
+  // Type of the first value written, and the place of its range: a number in kNumberRanges, a byte
+  // and those after it in kByteRanges.
+  Kind kind;
+  uint8_t range;
+};
+
+constexpr Range<float> kNumberRanges[] = {
+    {-10000000.0F, 10000000.0F},  // SETRPM velocity
+    {-2147483648.0F, 2147483647.0F},  // MOVESTEPS steps
+    {-10000000.0F, 10000000.0F},  // MOVEANGLE angle
+    {-10000000.0F, 10000000.0F},  // MOVETOANGLE angle
+    {0.0F, 3.4028234663852886e+38F},  // SETMAXACCELERATION acceleration
+    {0.0F, 3.4028234663852886e+38F},  // SETMAXDECELERATION deceleration
+    {0.0F, 3.4028234663852886e+38F},  // SETMAXVELOCITY velocity
+    {0.0F, 3.4028234663852886e+38F},  // SETCONTROLTHRESHOLD threshold
+    {1.401298464324817e-45F, 10.0F},  // CHECKORIENTATION angle
+    {-10000000.0F, 10000000.0F},  // HOMEOFFSET offset
+    {0.0F, 65535.0F},  // ARM boot_id
+    {-3.4028234663852886e+38F, 3.4028234663852886e+38F},  // TRACK position
+    {-3.4028234663852886e+38F, 3.4028234663852886e+38F},  // TRACKLOAD position
+    {10.0F, 200.0F},  // WATCHDOG timeout
+    {0.0F, 65535.0F},  // DISARM boot_id
+    {0.0F, 65535.0F},  // BOOTLOADER boot_id
+};
+
+constexpr Range<uint8_t> kByteRanges[] = {
+    {0, 100},  // SETUP drive_current
+    {0, 100},  // SETUP hold_current
+    {0, 255},  // SETUP zero
+    {0, 255},  // SETUP zero
+    {0, 1},  // RUNCONTINUOUS direction
+    {0, 100},  // SETCURRENT current
+    {0, 100},  // SETHOLDCURRENT current
+    {0, 255},  // ENABLESTALLGUARD threshold
+    {0, 255},  // DISABLESTALLGUARD zero
+    {0, 255},  // CLEARSTALL zero
+    {0, 2},  // SETBRAKEMODE mode
+    {0, 255},  // ENABLEPID zero
+    {0, 255},  // DISABLEPID zero
+    {0, 255},  // ENABLECLOSEDLOOP zero
+    {0, 255},  // DISABLECLOSEDLOOP zero
+    {0, 1},  // MOVETOEND direction
+    {1, 250},  // MOVETOEND speed
+    {0, 255},  // MOVETOEND threshold
+    {0, 1},  // STOP mode
+    {0, 1},  // HOME direction
+    {1, 250},  // HOME speed
+    {0, 255},  // HOME sensitivity
+    {0, 100},  // HOME current
+    {0, 255},  // CLEARFAULT fault
+    {0, 255},  // CAPTURE zero
+    {0, 51},  // CAPTUREBLOCK block
 };
 
 constexpr Definition kDefinitions[] = {
-    {Register::NONE, Direction::NONE, 0, 0, 1, false, false, false},
-    {Register::PING, Direction::READ, 0, 1, 1, false, false, false},
-    {Register::SETUP, Direction::WRITE, 4, 0, 1, false, false, false},
-    {Register::SETRPM, Direction::WRITE, 4, 0, 1, false, true, true},
-    {Register::GETDRIVERRPM, Direction::READ, 0, 4, 1, false, false, false},
-    {Register::MOVESTEPS, Direction::WRITE, 4, 0, 1, false, true, false},
-    {Register::MOVEANGLE, Direction::WRITE, 4, 0, 1, false, true, false},
-    {Register::MOVETOANGLE, Direction::WRITE, 4, 0, 1, false, true, true},
-    {Register::GETMOTORSTATE, Direction::READ, 0, 1, 1, false, false, false},
-    {Register::RUNCONTINUOUS, Direction::WRITE, 1, 0, 1, false, true, true},
-    {Register::ANGLEMOVED, Direction::READ, 0, 4, 1, false, false, false},
-    {Register::SETCURRENT, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::SETHOLDCURRENT, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::SETMAXACCELERATION, Direction::WRITE, 4, 0, 1, false, false, false},
-    {Register::SETMAXDECELERATION, Direction::WRITE, 4, 0, 1, false, false, false},
-    {Register::SETMAXVELOCITY, Direction::WRITE, 4, 0, 1, false, false, false},
-    {Register::ENABLESTALLGUARD, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::DISABLESTALLGUARD, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::CLEARSTALL, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::SETBRAKEMODE, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::ENABLEPID, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::DISABLEPID, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::ENABLECLOSEDLOOP, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::DISABLECLOSEDLOOP, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::SETCONTROLTHRESHOLD, Direction::WRITE, 4, 0, 1, false, false, false},
-    {Register::MOVETOEND, Direction::WRITE, 3, 0, 1, true, true, false},
-    {Register::STOP, Direction::WRITE, 1, 0, 1, false, false, false},
-    {Register::GETPIDERROR, Direction::READ, 0, 4, 1, false, false, false},
-    {Register::CHECKORIENTATION, Direction::WRITE, 4, 0, 1, true, true, false},
-    {Register::GETENCODERRPM, Direction::READ, 0, 4, 1, false, false, false},
-    {Register::HOME, Direction::WRITE, 4, 0, 1, true, true, false},
-    {Register::HOMEOFFSET, Direction::READ_WRITE, 4, 4, 1, false, false, false},
-    {Register::HELLO, Direction::READ, 0, 10, 2, false, false, false},
-    {Register::ARM, Direction::WRITE, 4, 0, 2, false, false, false},
-    {Register::TRACK, Direction::EXCHANGE, 6, 6, 2, false, true, true},
-    {Register::TRACKLOAD, Direction::EXCHANGE, 6, 7, 2, false, true, true},
-    {Register::STATE, Direction::READ, 0, 10, 2, false, false, false},
-    {Register::FAULT, Direction::READ, 0, 10, 2, false, false, false},
-    {Register::WATCHDOG, Direction::READ_WRITE, 2, 2, 2, false, false, true},
-    {Register::CLEARFAULT, Direction::WRITE, 1, 0, 2, false, false, false},
-    {Register::BUSERRORS, Direction::READ, 0, 2, 2, false, false, false},
-    {Register::DISARM, Direction::WRITE, 2, 0, 2, false, false, false},
-    {Register::BOOTLOADER, Direction::WRITE, 2, 0, 2, false, false, false},
-    {Register::IMAGE, Direction::READ, 0, 4, 2, false, false, false},
-    {Register::EXCEPTION, Direction::READ, 0, 10, 2, false, false, false},
-    {Register::CAPTURE, Direction::READ_WRITE, 1, 2, 2, false, false, false},
-    {Register::CAPTUREBLOCK, Direction::EXCHANGE, 1, 10, 2, false, false, false},
+    {Register::NONE, Direction::NONE, 0, 0, 1, false, false, false, Kind::U8, 0},
+    {Register::PING, Direction::READ, 0, 1, 1, false, false, false, Kind::U8, 0},
+    {Register::SETUP, Direction::WRITE, 4, 0, 1, false, false, false, Kind::U8, 0},
+    {Register::SETRPM, Direction::WRITE, 4, 0, 1, false, true, true, Kind::F32, 0},
+    {Register::GETDRIVERRPM, Direction::READ, 0, 4, 1, false, false, false, Kind::U8, 4},
+    {Register::MOVESTEPS, Direction::WRITE, 4, 0, 1, false, true, false, Kind::I32, 1},
+    {Register::MOVEANGLE, Direction::WRITE, 4, 0, 1, false, true, false, Kind::F32, 2},
+    {Register::MOVETOANGLE, Direction::WRITE, 4, 0, 1, false, true, true, Kind::F32, 3},
+    {Register::GETMOTORSTATE, Direction::READ, 0, 1, 1, false, false, false, Kind::U8, 4},
+    {Register::RUNCONTINUOUS, Direction::WRITE, 1, 0, 1, false, true, true, Kind::U8, 4},
+    {Register::ANGLEMOVED, Direction::READ, 0, 4, 1, false, false, false, Kind::U8, 5},
+    {Register::SETCURRENT, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 5},
+    {Register::SETHOLDCURRENT, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 6},
+    {Register::SETMAXACCELERATION, Direction::WRITE, 4, 0, 1, false, false, false, Kind::F32, 4},
+    {Register::SETMAXDECELERATION, Direction::WRITE, 4, 0, 1, false, false, false, Kind::F32, 5},
+    {Register::SETMAXVELOCITY, Direction::WRITE, 4, 0, 1, false, false, false, Kind::F32, 6},
+    {Register::ENABLESTALLGUARD, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 7},
+    {Register::DISABLESTALLGUARD, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 8},
+    {Register::CLEARSTALL, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 9},
+    {Register::SETBRAKEMODE, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 10},
+    {Register::ENABLEPID, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 11},
+    {Register::DISABLEPID, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 12},
+    {Register::ENABLECLOSEDLOOP, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 13},
+    {Register::DISABLECLOSEDLOOP, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 14},
+    {Register::SETCONTROLTHRESHOLD, Direction::WRITE, 4, 0, 1, false, false, false, Kind::F32, 7},
+    {Register::MOVETOEND, Direction::WRITE, 3, 0, 1, true, true, false, Kind::U8, 15},
+    {Register::STOP, Direction::WRITE, 1, 0, 1, false, false, false, Kind::U8, 18},
+    {Register::GETPIDERROR, Direction::READ, 0, 4, 1, false, false, false, Kind::U8, 19},
+    {Register::CHECKORIENTATION, Direction::WRITE, 4, 0, 1, true, true, false, Kind::F32, 8},
+    {Register::GETENCODERRPM, Direction::READ, 0, 4, 1, false, false, false, Kind::U8, 19},
+    {Register::HOME, Direction::WRITE, 4, 0, 1, true, true, false, Kind::U8, 19},
+    {Register::HOMEOFFSET, Direction::READ_WRITE, 4, 4, 1, false, false, false, Kind::F32, 9},
+    {Register::HELLO, Direction::READ, 0, 10, 2, false, false, false, Kind::U8, 23},
+    {Register::ARM, Direction::WRITE, 4, 0, 2, false, false, false, Kind::U16, 10},
+    {Register::TRACK, Direction::EXCHANGE, 6, 6, 2, false, true, true, Kind::F32, 11},
+    {Register::TRACKLOAD, Direction::EXCHANGE, 6, 7, 2, false, true, true, Kind::F32, 12},
+    {Register::STATE, Direction::READ, 0, 10, 2, false, false, false, Kind::U8, 23},
+    {Register::FAULT, Direction::READ, 0, 10, 2, false, false, false, Kind::U8, 23},
+    {Register::WATCHDOG, Direction::READ_WRITE, 2, 2, 2, false, false, true, Kind::U16, 13},
+    {Register::CLEARFAULT, Direction::WRITE, 1, 0, 2, false, false, false, Kind::U8, 23},
+    {Register::BUSERRORS, Direction::READ, 0, 2, 2, false, false, false, Kind::U8, 24},
+    {Register::DISARM, Direction::WRITE, 2, 0, 2, false, false, false, Kind::U16, 14},
+    {Register::BOOTLOADER, Direction::WRITE, 2, 0, 2, false, false, false, Kind::U16, 15},
+    {Register::IMAGE, Direction::READ, 0, 4, 2, false, false, false, Kind::U8, 24},
+    {Register::EXCEPTION, Direction::READ, 0, 10, 2, false, false, false, Kind::U8, 24},
+    {Register::CAPTURE, Direction::READ_WRITE, 1, 2, 2, false, false, false, Kind::U8, 24},
+    {Register::CAPTUREBLOCK, Direction::EXCHANGE, 1, 10, 2, false, false, false, Kind::U8, 25},
 };
 
 constexpr uint16_t kMagic = 0x4253;

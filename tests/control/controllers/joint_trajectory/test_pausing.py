@@ -235,7 +235,7 @@ def test_a_goal_that_is_not_collision_checked_leaves_its_path_when_cancelled_but
     off = {}
     for pauses in (True, False):
         arm = follower(constraints=GENTLE, interpolate_from_desired_state=True)
-        goal = running(arm, 1.2)
+        goal = running(arm, 1.6)
         start = np.array(goal.goal.trajectory.points[0].positions)
         way = np.array(goal.goal.trajectory.points[-1].positions) - start
         arm.jtc.set_scaling(0.0) if pauses else arm.jtc.cancel(arm.now)
