@@ -585,13 +585,6 @@ MUTANTS = (
         HOST,
     ),
     Mutant(
-        "the least deceleration after a fault",
-        "Joint::latch",
-        "kBriskDeceleration",
-        "0.0F",
-        HOST,
-    ),
-    Mutant(
         "the home is lost with the encoder",
         "Joint::sense",
         "homed_ =",
@@ -694,6 +687,34 @@ MUTANTS = (
         "Joint::watch_silence",
         "&& !sequence()",
         "",
+        HOST,
+    ),
+    Mutant(
+        "a disabled joint has no hold current",
+        "Joint::apply_currents",
+        "held = state_ == JointState::FAULTED && powered_",
+        "held = powered_",
+        HOST,
+    ),
+    Mutant(
+        "a joint whose coils are shorted is not watched for stalls",
+        "Joint::apply_currents",
+        "power(false);",
+        "power(brake_ == BrakeMode::COOL_BRAKE);",
+        HOST,
+    ),
+    Mutant(
+        "no motion of a field whose rotor is not known",
+        "Joint::act",
+        "powered_ && checked_",
+        "powered_",
+        HOST,
+    ),
+    Mutant(
+        "the least deceleration after a fault",
+        "Joint::stop",
+        "sequence() || fault_ != Fault::NONE",
+        "sequence()",
         HOST,
     ),
     Mutant(

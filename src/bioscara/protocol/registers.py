@@ -131,13 +131,14 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.SETCURRENT,
         _W,
-        "Drive current; 0 disables the joint.",
+        "Drive current; 0 disables the joint. Engages no joint that is disabled.",
         written=(_percent("current"),),
     ),
     Definition(
         Register.SETHOLDCURRENT,
         _W,
-        "Hold current; 0 disables the joint.",
+        "Hold current; 0 disables the joint. Engages no joint that is disabled; its next SETUP "
+        "brings its own.",
         written=(_percent("current"),),
     ),
     Definition(
@@ -182,7 +183,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.SETBRAKEMODE,
         _W,
-        "Standstill behaviour at zero hold current: 0 freewheel, 1 cool brake, 2 hard brake.",
+        "Standstill behaviour at zero hold current, which a disabled joint has: 0 freewheel, 1 cool "
+        "brake (shorted coils), 2 hard brake.",
         written=(Field("mode", Kind.U8, "", 0, 2),),
     ),
     Definition(
