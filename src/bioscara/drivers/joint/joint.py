@@ -675,6 +675,8 @@ class Joint:
     def check_orientation(self, motor_angle: float = math.radians(1.0)) -> None:
         """Turn the motor slightly and back, to check that motor and encoder agree.
 
+        Our firmware turns by twice the angle, beside an end stop to the free side.
+
         Args:
             motor_angle: Angle by which the motor turns, at most 10 degrees [rad of the motor].
 
