@@ -746,6 +746,13 @@ MUTANTS = (
         HOST,
     ),
     Mutant(
+        "a joint that restarted is not engaged by enable()",
+        "Joint.enable",
+        "            self.session.read(Register.PING)",
+        "            pass",
+        DRIVERS,
+    ),
+    Mutant(
         "position limit, on the host",
         "SetpointLimits.check_setpoint",
         "_lower <= position <= self._upper and self.",
