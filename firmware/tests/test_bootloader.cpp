@@ -114,7 +114,7 @@ TEST(a_joint_that_is_enabled_again_in_time_stays) {
   const std::uint16_t boot = boot_id(host);
   CHECK(!refused(host, Register::DISARM, boot));
   CHECK(!refused(host, Register::BOOTLOADER, boot));
-  host.enable_bare();
+  host.enable();
   CHECK(!bench.left());
 }
 

@@ -749,30 +749,26 @@ TEST(a_motor_is_not_engaged_while_the_field_of_its_open_stage_still_turns) {
   expect_recovery(run.host);
 }
 
-TEST(the_field_of_an_open_stage_runs_down_before_a_hold_current_closes_it) {
-  for (const auto& [code, value] : {std::pair{Register::SETHOLDCURRENT, std::uint8_t{30}},
-                                    {Register::SETCURRENT, std::uint8_t{30}},
-                                    {Register::SETBRAKEMODE, std::uint8_t{1}}}) {
-    Running run(3, 100.0);
-    run.bench.driver().set_motor_power(false);
-    CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
-    run.bench.driver().set_motor_power(true);
-    run.host.keep(0.03);
-    run.host.clear_fault();
-    run.bench.run(0.01);
-    CHECK(run.host.fault() == Fault::NONE);
-    CHECK(run.bench.field_speed() > 50.0);
-    run.host.send(code, {value});
-    bool closed = false;
-    while (run.bench.field_speed() > 0.1) {
-      run.bench.tick();
-      closed = closed || run.bench.stage_closed();
-    }
-    CHECK(!closed);
-    run.host.send(code, {value});
-    run.bench.run(0.01);
-    CHECK(run.bench.stage_closed());
+TEST(the_field_of_an_open_stage_runs_down_before_a_brake_closes_it) {
+  Running run(3, 100.0);
+  run.bench.driver().set_motor_power(false);
+  CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+  run.bench.driver().set_motor_power(true);
+  run.host.keep(0.03);
+  run.host.clear_fault();
+  run.bench.run(0.01);
+  CHECK(run.host.fault() == Fault::NONE);
+  CHECK(run.bench.field_speed() > 50.0);
+  run.host.send(Register::SETBRAKEMODE, {1});
+  bool closed = false;
+  while (run.bench.field_speed() > 0.1) {
+    run.bench.tick();
+    closed = closed || run.bench.stage_closed();
   }
+  CHECK(!closed);
+  run.host.send(Register::SETBRAKEMODE, {1});
+  run.bench.run(0.01);
+  CHECK(run.bench.stage_closed());
 }
 
 TEST(a_check_that_was_broken_off_enables_nothing) {
@@ -832,18 +828,152 @@ TEST(a_joint_that_a_fault_disabled_corrects_nothing) {
   CHECK(run.bench.field() == field);
 }
 
-TEST(a_hold_current_engages_the_motor_where_it_stands) {
+TEST(a_current_energises_no_motor_that_is_not_enabled) {
+  for (Register code : {Register::SETHOLDCURRENT, Register::SETCURRENT}) {
+    for (std::uint8_t brake : {0, 1, 2}) {
+      for (bool before : {false, true}) {
+        Bench bench(4);
+        Host host(bench, 4);
+        host.arm_session();
+        if (before) {
+          host.enable();
+          // Each of the two disables; the other current stays what it was.
+          host.send(code == Register::SETCURRENT ? Register::SETHOLDCURRENT : Register::SETCURRENT, {0});
+          host.keep(0.2);
+        }
+        host.send(Register::SETBRAKEMODE, {brake});
+        host.send(code, {30});
+        host.keep(0.6);
+        CHECK(has(host.flags(), Flags::NOTENABLED));
+        CHECK(bench.stage_closed() == (brake == 1));
+        CHECK(bench.driver().current_share(bench.stage_closed()) <= 1.0 / 32.0);
+        // It is moved by hand.
+        const double rotor = bench.rotor();
+        bench.mechanics().push(0.05 * 12.0);
+        for (int tick = 0; tick < 2000 && bench.rotor() < rotor + 1.0; ++tick) bench.tick();
+        CHECK(bench.rotor() > rotor + 1.0);
+        CHECK(host.fault() == Fault::NONE);
+      }
+    }
+  }
+}
+
+TEST(a_braked_joint_that_is_pushed_latches_nothing_and_knows_its_position) {
   Bench bench(4);
   Host host(bench, 4);
   host.arm_session();
-  bench.mechanics().push(0.03 * 12.0);  // Turned by hand.
-  while (bench.rotor() < 8.0) bench.tick();
-  bench.mechanics().push(0.0);
-  bench.run(2.0);
-  host.send(Register::SETHOLDCURRENT, {30});
-  bench.run(0.5);
+  host.enable();
+  host.send(Register::SETBRAKEMODE, {1});
+  const double zero = host.degrees() - bench.rotor() * kDegrees;
+  host.send(Register::SETHOLDCURRENT, {0});
+  host.keep(0.6);
   CHECK(bench.stage_closed());
+  for (double force : {0.1, -0.1}) {
+    bench.mechanics().push(force * 12.0);
+    host.keep(1.0);
+    bench.mechanics().push(0.0);
+    host.keep(0.3);
+    CHECK(host.fault() == Fault::NONE);
+    CHECK(host.state().load_percent == 0);
+    CHECK(host.state().state == JointState::DISABLED);
+    CHECK(std::fabs(host.degrees() - bench.rotor() * kDegrees - zero) < 2.0);
+    CHECK(bench.stage_closed());
+  }
+  const double rotor = bench.rotor();
+  CHECK(has(host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::BUSY));
+  host.wait_until_idle();
   CHECK(host.fault() == Fault::NONE);
+  CHECK(!has(host.flags(), Flags::NOTENABLED));
+  CHECK(std::fabs(bench.rotor() - rotor) < 5.0 / kDegrees);
+  host.turn(5.0);
+  host.keep(0.2);
+  CHECK(std::fabs(bench.field_speed() - 5.0) < 0.1);
+}
+
+TEST(a_field_whose_rotor_is_not_known_stays_where_it_stands) {
+  // An encoder that fails in motion, a first check that silence ends, and a position counter of the
+  // driver that jumped.
+  enum class Lost { ENCODER, CHECK, COUNTER };
+  for (Lost how : {Lost::ENCODER, Lost::CHECK, Lost::COUNTER}) {
+    for (double when = 0.0; when < 0.1; when += 0.02) {
+      Bench bench(4);
+      bench.mechanics().remove_stops();
+      bench.driver().reverse_coil(how == Lost::CHECK);
+      Host host(bench, 4);
+      host.arm_session();
+      if (how == Lost::CHECK) {
+        // Within its first strokes, before the direction is set.
+        host.send(Register::SETUP, {20, 20, 0, 0});
+        host.keep(0.2 + when);
+      } else {
+        host.enable();
+        host.turn(20.0);
+        host.keep(0.3 + 0.01 * when);
+      }
+      if (how == Lost::ENCODER) bench.encoder().corrupt(true);
+      if (how == Lost::COUNTER)
+        bench.damage(2, true, [](std::uint8_t(&sent)[5]) {
+          sent[0] = 0x80 | 0x21;  // XACTUAL
+          sent[2] ^= 0x01;
+        });
+      CHECK(time_to_fault(host, 1.0, how != Lost::CHECK) > 0.0);
+      while (bench.field_speed() != 0.0) bench.tick();
+      const double field = bench.field();
+      host.keep(0.5);
+      CHECK(std::fabs(bench.field() - field) < 1e-9);
+      bench.encoder().corrupt(false);
+      host.clear_fault();
+      host.keep(0.5);
+      CHECK(std::fabs(bench.field() - field) < 1e-9);
+      CHECK(has(host.flags(), Flags::NOTENABLED));
+    }
+  }
+}
+
+TEST(silence_brakes_no_slower_than_the_images_own_limit) {
+  constexpr double kBrisk = 20.0;  // [rad/s^2]
+  const Bytes far = packed(9000.0F);
+  for (bool armed : {true, false}) {
+    for (const auto& [code, payload] :
+         {std::pair{Register::SETRPM, packed(191.0F)}, {Register::MOVETOANGLE, far},
+          {Register::MOVEANGLE, far}, {Register::MOVESTEPS, packed(1000000)},
+          {Register::RUNCONTINUOUS, Bytes{1}}}) {
+      for (Register limit : {Register::SETMAXACCELERATION, Register::SETMAXDECELERATION}) {
+        // A host that returns stops the joint once more, by its own limit, and polls.
+        for (bool returns : {false, true}) {
+          Bench bench(4);
+          bench.mechanics().remove_stops();
+          Host host(bench, 4);
+          if (armed) host.arm_session();
+          host.enable();
+          host.send(Register::SETMAXVELOCITY, packed(static_cast<float>(20.0 * kDegrees)));
+          host.send(code, payload);
+          for (int time = 0; time < 10; ++time) {
+            bench.run(0.02);
+            if (code == Register::SETRPM || code == Register::MOVETOANGLE ||
+                code == Register::RUNCONTINUOUS)
+              host.send(code, payload);
+            else
+              host.send(Register::WATCHDOG, {60, 0});
+          }
+          CHECK(std::fabs(bench.field_speed() - 20.0) < 0.2);
+          host.send(limit, packed(1.0F));
+          bench.run(armed ? 0.08 : 0.28);
+          const double last = bench.field_speed();
+          const double begin = bench.now();
+          while (bench.now() - begin < 20.0 / kBrisk + 0.05) {
+            bench.run(0.05);
+            if (!returns) continue;
+            host.send(Register::STOP, {1});
+            host.send(Register::WATCHDOG, {200, 0});
+          }
+          CHECK(last > 10.0);
+          CHECK(std::fabs(bench.field_speed()) < 0.05);  // It goes to its rotor.
+          CHECK(host.fault() == Fault::SETPOINT_LOST);
+        }
+      }
+    }
+  }
 }
 
 TEST(silence_ends_a_stop_that_would_last_for_ever) {

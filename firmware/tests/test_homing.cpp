@@ -190,3 +190,38 @@ TEST(HZ10_a_new_end_stop_is_believed_when_a_second_homing_finds_it_again) {
   joint.start();
   expect_home(joint, 2.2);
 }
+
+TEST(a_move_to_the_end_stop_ends_beside_it_without_pressing) {
+  for (int joint = 1; joint <= 4; ++joint) {
+    const double reduction = bioscara::sim::parameters_of(joint).reduction;
+    for (bool positive : {true, false}) {
+      for (int rpm : {5, 20, 60}) {
+        for (int sensitivity : {0, 30, 127}) {
+          Bench bench(joint);
+          // Two turns of the motor in front of the end stop.
+          const auto& limits = bench.mechanics().parameters();
+          const double stop = positive == (reduction > 0.0) ? limits.upper : limits.lower;
+          const double way = (positive ? 2.0 : -2.0) * 6.283185307179586;
+          bench.mechanics().set_position(stop - way / reduction);
+          bench.boot(ResetCause::POWER_ON);
+          Host host(bench, joint);
+          host.arm_session();
+          host.enable(joint == 2 ? 40 : 20);
+          const double rotor = bench.rotor();
+          host.send(Register::MOVETOEND, {positive, static_cast<std::uint8_t>(rpm),
+                                          static_cast<std::uint8_t>(sensitivity)});
+          host.wait_until_idle();
+          host.keep(1.0);
+          CHECK(host.fault() == Fault::NONE);
+          CHECK(!has(host.flags(), Flags::NOTENABLED) && has(host.flags(), Flags::NOTHOMED));
+          CHECK(host.state().state == JointState::HOLDING);
+          // The field is with its rotor, but for friction and what the lift weighs.
+          CHECK(host.state().load_percent <= (joint == 2 ? 15 : 8));
+          // At the end stop, or where the torque rose unseen 80 degrees beside it.
+          const double beside = std::fabs(way) - std::fabs(bench.rotor() - rotor);
+          CHECK(beside > -0.1 && beside < 1.5);
+        }
+      }
+    }
+  }
+}

@@ -499,6 +499,45 @@ TEST(a_motor_may_be_plugged_in_either_way) {
   }
 }
 
+TEST(a_long_check_beside_an_end_stop_takes_the_free_side) {
+  for (int joint = 1; joint <= 4; ++joint) {
+    const auto& limits = bioscara::sim::parameters_of(joint);
+    for (bool upper : {true, false}) {
+      // So far away from the end stop [deg of the motor].
+      for (double beside : {0.5, 4.0, 9.0, 12.0, 17.0, 21.0}) {
+        for (float angle : {2.5F, 5.0F, 10.0F}) {
+          Bench bench(joint);
+          const double motor = (upper ? -1.0 : 1.0) * beside / kDegrees;
+          bench.mechanics().set_position((upper ? limits.upper : limits.lower) +
+                                         motor / std::fabs(limits.reduction));
+          bench.boot(ResetCause::POWER_ON);
+          Host host(bench, joint);
+          host.arm_session();
+          host.enable(joint == 2 ? 40 : 20);
+          CHECK(host.fault() == Fault::NONE);
+          const double rotor = bench.rotor();
+          const double begin = bench.now();
+          host.send(Register::CHECKORIENTATION, packed(angle));
+          // The rotor never loses the field, which 704 microsteps are beyond.
+          int most = 0;
+          for (int tick = 0; has(host.flags(), Flags::BUSY); ++tick) {
+            if (tick % 20 == 0) host.send(Register::WATCHDOG, {60, 0});
+            bench.tick();
+            most = std::max<int>(most, host.state().load_percent);
+          }
+          CHECK(most <= 60);
+          CHECK(bench.now() - begin < 4.5);
+          host.keep(0.3);
+          if (host.fault() != Fault::NONE || std::fabs(bench.rotor() - rotor) > 1.0 / kDegrees) std::printf("j%d upper %d beside %g angle %g: fault %d %g moved %g\n", joint, upper, beside, double(angle), int(host.fault()), double(host.report().data), (bench.rotor() - rotor) * kDegrees);
+          CHECK(host.fault() == Fault::NONE);
+          CHECK(!has(host.flags(), Flags::NOTENABLED));
+          CHECK(std::fabs(bench.rotor() - rotor) < 1.0 / kDegrees);
+        }
+      }
+    }
+  }
+}
+
 TEST(a_lift_that_rubs_passes_its_check_wherever_it_stands) {
   const double turn = 6.283185307179586 / bioscara::sim::parameters_of(2).reduction;
   for (int share = 0; share < 100; share += 3) {

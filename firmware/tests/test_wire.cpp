@@ -617,6 +617,67 @@ TEST(an_armed_session_refuses_writes_without_trailer_but_never_STOP) {
   CHECK(bench.field_speed() == 0.0);
 }
 
+TEST(a_joint_that_speaks_version_2_moves_for_no_frame_without_trailer) {
+  const std::pair<Register, Bytes> motions[] = {
+      {Register::SETUP, {20, 20, 0, 0}},         {Register::SETUP, {20, 20}},
+      {Register::SETRPM, packed(60.0F)},         {Register::MOVESTEPS, packed(4000)},
+      {Register::MOVEANGLE, packed(10.0F)},      {Register::MOVETOANGLE, packed(10.0F)},
+      {Register::RUNCONTINUOUS, {1}},            {Register::MOVETOEND, {1, 20, 30}},
+      {Register::CHECKORIENTATION, packed(5.0F)}, {Register::HOME, {1, 11, 30, 10}}};
+  for (const auto& [code, payload] : motions) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.enable_bare();
+    CHECK(!has(host.bare(Register::PING, {}, 1).back(), Flags::NOTENABLED));
+    // A damaged greeting is none.
+    Bytes greeting = host.frame(Register::HELLO, {}, 7);
+    greeting.back() ^= 1;
+    host.exchange(greeting, 13);
+    host.bare(Register::MOVESTEPS, packed(4000));
+    bench.run(0.3);
+    const double field = bench.field();
+    CHECK(field > 0.4);
+    for (int time = 0; time < 2; ++time) {
+      host.hello();
+      const std::uint16_t refused = host.report().refusals;
+      host.bare(code, payload);
+      bench.run(0.5);
+      CHECK(host.report().refusals == refused + 1);
+      CHECK(host.report().refusal == Refusal::TRAILER_REQUIRED);
+      CHECK(host.state().state == JointState::HOLDING);
+      // With a gap: the joint is used as long as it hears such frames.
+      bench.run(9.0);
+    }
+    CHECK(std::fabs(bench.field() - field) < 0.01);
+    // Settings do not move it, and STOP always stops.
+    host.bare(Register::SETMAXVELOCITY, packed(1000.0F));
+    host.turn(5.0);
+    bench.run(0.05);
+    CHECK(bench.field_speed() > 4.0);
+    host.bare(Register::STOP, {0});
+    bench.run(0.2);
+    CHECK(bench.field_speed() == 0.0);
+    CHECK(host.fault() == Fault::NONE);
+  }
+}
+
+TEST(a_greeting_from_before_does_not_lock_a_host_of_version_1_out) {
+  for (bool disarmed : {true, false}) {
+    for (double wait : {9.9, 10.1}) {
+      // The microseconds overflow meanwhile.
+      Bench bench(4, 0U - 5000000U);
+      Host host(bench, 4);
+      const Bytes answer = host.hello();
+      if (disarmed) host.send(Register::DISARM, {answer[6], answer[7]});
+      bench.run(disarmed ? 0.01 : wait);
+      host.enable_bare();
+      const bool enabled = !has(host.bare(Register::PING, {}, 1).back(), Flags::NOTENABLED);
+      CHECK(enabled == (disarmed || wait > 10.0));
+      if (disarmed) break;
+    }
+  }
+}
+
 TEST(counters_saturate) {
   Bench bench(4);
   Host host(bench, 4);

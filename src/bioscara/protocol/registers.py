@@ -131,13 +131,14 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.SETCURRENT,
         _W,
-        "Drive current; 0 disables the joint.",
+        "Drive current; 0 disables the joint. Engages no joint that is disabled.",
         written=(_percent("current"),),
     ),
     Definition(
         Register.SETHOLDCURRENT,
         _W,
-        "Hold current; 0 disables the joint.",
+        "Hold current; 0 disables the joint. Engages no joint that is disabled; its next SETUP "
+        "brings its own.",
         written=(_percent("current"),),
     ),
     Definition(
@@ -182,7 +183,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.SETBRAKEMODE,
         _W,
-        "Standstill behaviour at zero hold current: 0 freewheel, 1 cool brake, 2 hard brake.",
+        "Standstill behaviour at zero hold current, which a disabled joint has: 0 freewheel, 1 cool "
+        "brake (shorted coils), 2 hard brake.",
         written=(Field("mode", Kind.U8, "", 0, 2),),
     ),
     Definition(
@@ -218,7 +220,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.MOVETOEND,
         _W,
-        "Moves until the motor is held, then stops; sets no home.",
+        "Moves until the motor is held, then stops where it no longer presses: 2 degrees of the motor "
+        "beside the contact, 80 where the rise of the torque was not seen; sets no home.",
         written=(
             _DIRECTION,
             Field("speed", Kind.U8, "rpm", 1, 250),
@@ -246,7 +249,8 @@ REGISTERS: tuple[Definition, ...] = (
         Register.CHECKORIENTATION,
         _W,
         "Turns the motor by twice this angle and back and compares sign and size with the "
-        "encoder; a motion underway ends first.",
+        "encoder; a motion underway ends first. Above 1.8 degrees to the other side where the "
+        "rotor is held.",
         written=(Field("angle", Kind.F32, "deg", ABOVE_ZERO, 10.0),),
         blocking=True,
         motion=True,

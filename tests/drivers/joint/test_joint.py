@@ -375,6 +375,22 @@ def test_the_traceback_of_a_restart_does_not_grow_with_each_call() -> None:
     assert len(lengths) <= 2
 
 
+@pytest.mark.parametrize("enabled", [True, False])
+def test_a_joint_that_restarted_is_not_engaged_by_the_call_that_finds_it(enabled: bool) -> None:
+    world = World()
+    joint = world.ready("j4")[0] if enabled else world.joints[3]
+    joint.init()
+    field = world.arm.field("j4")
+    world.arm.reset("j4", ResetCause.WATCHDOG)
+    world.arm.run(0.5)
+    with pytest.raises(JointResetError):
+        joint.enable()
+    for _ in range(10):
+        world.arm.run(0.05)
+        assert not world.arm.has_torque("j4")
+    assert world.arm.field("j4") == pytest.approx(field, abs=10.0)  # Microsteps.
+
+
 def test_a_restart_is_reported_and_never_taken_for_homed() -> None:
     world = World()
     joint = world.ready("j4")[0]

@@ -68,13 +68,12 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
     case Step::HALT:
       motion.stop(kHardDeceleration);
       if (!motion.standing()) return Result::RUNNING;
-      if (!twice_) return waited(kPause) ? Result::TOUCHED : Result::RUNNING;
       // A slipped rotor is whole electrical periods behind; the field presses by the remainder
       // only.
       motion.rename(encoder + remainderf(motion.position() - encoder, kElectricalPeriod));
-      retreat_ = encoder;
+      retreat_ = twice_ ? encoder : contact_ - direction_ * clear_;
       wait_ = 0;
-      step_ = Step::BACK_OFF;
+      step_ = twice_ ? Step::BACK_OFF : Step::CLEAR;
       return Result::RUNNING;
     case Step::BACK_OFF: {
       motion.go(retreat_ - direction_ * kBackOff, kBackOffSpeed, kAcceleration,
@@ -116,7 +115,10 @@ Homing::Result Homing::approach(Motion& motion, float encoder) {
   motion.run(direction_ * speed_, kAcceleration, kAcceleration);
   const bool at_speed = fabsf(motion.velocity()) > 0.98F * speed_;
   if (!touch_.update(motion.position(), encoder, at_speed)) return Result::RUNNING;
-  first_ = contact_ = encoder;
+  first_ = encoder;
+  contact_ = touch_.onset(encoder);
+  // Where the rise of the torque was not seen, a belt may be wound up by as much as homing backs off.
+  clear_ = contact_ == encoder ? kBackOff : kClear;
   wait_ = 0;
   step_ = Step::HALT;
   return Result::RUNNING;

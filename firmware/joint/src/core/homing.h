@@ -44,6 +44,7 @@ class Homing {
   float contact_ = 0.0F;
   float pressed_ = 0.0F;
   float retreat_ = 0.0F;
+  float clear_ = 0.0F;
   int wait_ = 0;
   uint32_t ticks_ = 0;
   Fault fault_ = Fault::NONE;

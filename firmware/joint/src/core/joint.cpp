@@ -199,8 +199,9 @@ void Joint::act() {
       if (enabled_) correct();
       break;
     case JointState::FAULTED:
-      // No position correction here: a joint that is pushed away is not driven back.
-      if (powered_) motion_.go(goal_, max_velocity_, acceleration_, deceleration_);
+      // No position correction here: a joint that is pushed away is not driven back. And nothing moves
+      // where the place of the rotor in its field is not known.
+      if (powered_ && checked_) motion_.go(goal_, max_velocity_, acceleration_, deceleration_);
       break;
     case JointState::POSITION:
       if (alone_ && there())

@@ -126,7 +126,7 @@ class Joint {
   bool checked_ = false;
   // The driver's direction agrees with the encoder's, whichever way the motor is plugged in.
   bool directed_ = false;
-  // The power stage is closed: the motor has current or its coils are shorted.
+  // The motor has current: its rotor should be with its field. That of shorted coils turns freely.
   bool powered_ = false;
   bool closed_loop_ = true;
   // The motion runs autonomously, with no setpoint to repeat.

@@ -229,11 +229,11 @@ void Joint::stop(bool hard) {
   // The first check was aborted: the motor may turn in the wrong direction.
   enabled_ = enabled_ && checked_;
   stop_deceleration_ = hard ? kHardDeceleration : deceleration_;
-  if (sequence()) {
-    // Such a motion has its own acceleration; a host may have set a limit for it that never ends.
+  // The limit that the host has set may be near zero: it ends neither a motion that has an
+  // acceleration of its own, nor one whose host was lost.
+  if (sequence() || fault_ != Fault::NONE)
     stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
-    apply_currents();
-  }
+  if (sequence()) apply_currents();
   state_ = JointState::STOPPING;
   still_ = 0;
 }

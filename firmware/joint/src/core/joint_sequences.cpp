@@ -163,10 +163,7 @@ void Joint::latch(Fault fault, float data) {
     fault_data_ = data;
   }
   if (fault != Fault::STALL) enabled_ = false;
-  if (!powered_) return;
   stop(fault != Fault::SETPOINT_LOST);
-  // No host is listening any more: a deceleration limit near zero must not keep the motor turning.
-  stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
 }
 
 void Joint::cut(Fault fault, float data) {
@@ -182,14 +179,17 @@ void Joint::cut(Fault fault, float data) {
 }
 
 void Joint::apply_currents() {
-  motion_.driver().set_currents(drive_percent_, hold_percent_);
-  // Current that a fault cut stays off until SETUP.
-  const bool released =
-      state_ == JointState::DISABLED || (state_ == JointState::FAULTED && powered_);
-  // A field that still turns would drag the rotor along.
-  if (enabled_ || !released || running_down()) return;
+  // A fault that stops a joint leaves it at its place, with the hold current.
+  const bool held = state_ == JointState::FAULTED && powered_ && hold_percent_ != 0;
+  const bool at_rest = state_ == JointState::DISABLED || state_ == JointState::FAULTED;
+  const bool released = at_rest && !enabled_ && !held;
+  motion_.driver().set_currents(released ? 0 : drive_percent_, released ? 0 : hold_percent_);
+  // Current that a fault cut stays off until SETUP, and a field that still turns would drag the rotor
+  // along.
+  if (!released || (state_ == JointState::FAULTED && !powered_) || running_down()) return;
+  power(false);
   // Shorted coils need a closed power stage, a free rotor an open one.
-  power(hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE);
+  hal_.driver_enable(brake_ == BrakeMode::COOL_BRAKE);
 }
 
 void Joint::power(bool on) {

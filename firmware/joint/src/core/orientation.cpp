@@ -14,6 +14,8 @@ constexpr float kAcceleration = 80000.0F;
 constexpr float kTolerance = 0.3F;
 
 constexpr float kQuarter = 0.25F * kElectricalPeriod;
+// A rotor that is further behind for so many ticks, more than half a swing of it, is held.
+constexpr int kHeld = 5;
 
 // Friction can hold the rotor opposite to its field, where a stroke pulls it free.
 bool found(const Motion& motion, float encoder) {
@@ -29,8 +31,8 @@ void Orientation::start(float angle_deg, bool settle, bool known, bool adapt) {
   known_ = known;
   adapt_ = adapt;
   passed_ = second_ = false;
-  // A long stroke against an obstacle loses the rotor itself.
-  freed_ = angle_ > kQuarter;
+  // A long stroke does not have to pull the rotor free: where it is held, the stroke ends.
+  long_ = freed_ = angle_ > kQuarter;
   ticks_ = settle ? 0 : kSettle;
   still_ = 0;
 }
@@ -38,7 +40,7 @@ void Orientation::start(float angle_deg, bool settle, bool known, bool adapt) {
 void Orientation::stroke(Motion& motion, float target) {
   target_ = target;
   go(motion);
-  ticks_ = still_ = 0;
+  ticks_ = still_ = held_ = 0;
 }
 
 void Orientation::go(Motion& motion) const {
@@ -62,6 +64,15 @@ bool Orientation::freed(Motion& motion, float encoder) {
   return true;
 }
 
+// Beside an end stop the rotor cannot follow a long stroke. Before it loses the field, that goes back.
+bool Orientation::blocked(Motion& motion, float encoder) {
+  held_ = long_ && !found(motion, encoder) ? held_ + 1 : 0;
+  if (held_ < kHeld) return false;
+  motion.stop(kHardDeceleration);
+  step_ = Step::HELD;
+  return true;
+}
+
 Orientation::Result Orientation::step(Motion& motion, float encoder) {
   if (++ticks_ > kTimeout) return Result::FAILED;
   switch (step_) {
@@ -69,12 +80,14 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
       motion.stop(kHardDeceleration);
       if (!motion.standing() || ticks_ < kSettle) return Result::RUNNING;
       if (known_ && found(motion, encoder)) return Result::PASSED;
-      motion.rename(encoder);
-      start_ = encoder;
+      // Before a long stroke the place of the rotor in its field is known: it shows where it is held.
+      if (!long_ || !found(motion, encoder)) motion.rename(encoder);
+      start_ = motion.position();
       step_ = Step::TAKE_UP;
       stroke(motion, start_ + angle_);
       return Result::RUNNING;
     case Step::TAKE_UP:
+      if (blocked(motion, encoder)) return Result::RUNNING;
       if (!reached(motion) || freed(motion, encoder)) return Result::RUNNING;
       // By now the rotor is with its field.
       if (!found(motion, encoder)) motion.rename(encoder);
@@ -83,6 +96,7 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
       stroke(motion, motion.position() + angle_);
       return Result::RUNNING;
     case Step::MEASURE: {
+      if (blocked(motion, encoder)) return Result::RUNNING;
       if (!reached(motion) || freed(motion, encoder)) return Result::RUNNING;
       seen_ = encoder - before_;
       const float share = seen_ / angle_;
@@ -100,6 +114,14 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
       stroke(motion, start_);
       return Result::RUNNING;
     }
+    case Step::HELD:
+      motion.stop(kHardDeceleration);
+      if (!motion.standing()) return Result::RUNNING;
+      // The spring of a belt may have turned it back by an electrical period.
+      motion.rename(encoder + remainderf(motion.position() - encoder, kElectricalPeriod));
+      step_ = Step::RETURN;
+      stroke(motion, start_);
+      return Result::RUNNING;
     case Step::REVERSE:
       // The rotor may have followed the field to another place.
       if (ticks_ < kSettle) return Result::RUNNING;

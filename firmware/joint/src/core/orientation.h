@@ -21,10 +21,11 @@ class Orientation {
   float seen_deg() const { return seen_ / kStepsPerDegree; }
 
  private:
-  enum class Step { SETTLE, TAKE_UP, MEASURE, REVERSE, RETURN };
+  enum class Step { SETTLE, TAKE_UP, MEASURE, HELD, REVERSE, RETURN };
   void go(Motion& motion) const;
   bool reached(Motion& motion);
   bool freed(Motion& motion, float encoder);
+  bool blocked(Motion& motion, float encoder);
   void stroke(Motion& motion, float target);
 
   Step step_ = Step::SETTLE;
@@ -38,8 +39,10 @@ class Orientation {
   bool passed_ = false;
   bool second_ = false;
   bool freed_ = false;
+  bool long_ = false;
   int ticks_ = 0;
   int still_ = 0;
+  int held_ = 0;
 };
 
 }  // namespace bioscara

@@ -54,6 +54,9 @@ bool immediate(Register code) {
          code == Register::CAPTUREBLOCK;
 }
 
+// So long after the last frame of version 2 a host of version 1 may move a joint without session.
+constexpr uint32_t kTrailedMicros = 10000000;
+
 // BOOTLOADER must follow DISARM within this time.
 constexpr uint32_t kDisarmedMicros = 2000000;
 
@@ -102,6 +105,8 @@ void Wire::publish(const Status& status) {
   statuses_[other] = status;
   capture_.add(status.error_steps);
   hal_.lock();
+  // Before the microseconds wrap.
+  if (trailed_ && hal_.micros() - trailed_at_ > kTrailedMicros) trailed_ = false;
   current_ = other;
   if (queue_.empty()) flags_ = status.flags;
   hal_.unlock();
@@ -129,9 +134,13 @@ void Wire::judge(const uint8_t* data, size_t size, Verdict& verdict) const {
 void Wire::apply(const Verdict& verdict) {
   const Frame& frame = verdict.frame;
   answer_ = verdict.answer;
-  if (verdict.intact) last_frame_ = hal_.micros();
-  if (verdict.repeated) return;
   const bool trailed = verdict.intact && frame.checked;
+  if (verdict.intact) last_frame_ = hal_.micros();
+  if (trailed) {
+    trailed_ = true;
+    trailed_at_ = last_frame_;
+  }
+  if (verdict.repeated) return;
   const bool fresh = trailed && verdict.reason != Refusal::OLD_SEQUENCE;
   const Register code = trailed ? frame.definition->code : Register::NONE;
   if (fresh && code != Register::HELLO && code != Register::ARM) {
@@ -194,7 +203,9 @@ Refusal Wire::examine(const Frame& frame, Command& command) const {
   // They differ in the answer only.
   command.code = code == Register::TRACKLOAD ? Register::TRACK : code;
   command.checked = frame.checked;
-  if (armed_ && !frame.checked && code != Register::STOP) return Refusal::TRAILER_REQUIRED;
+  const bool moves = frame.definition->motion || code == Register::SETUP;
+  if (!frame.checked && code != Register::STOP && (armed_ || (trailed_ && moves)))
+    return Refusal::TRAILER_REQUIRED;
   if (code == Register::ARM) return may_arm(frame);
   if (code == Register::DISARM || code == Register::BOOTLOADER) return may_leave(frame);
   Refusal reason = decode(frame, command);
@@ -210,7 +221,7 @@ void Wire::execute(const Frame& frame, const Command& command) {
       arm(frame);
       return;
     case Register::DISARM:
-      armed_ = false;
+      armed_ = trailed_ = false;
       disarmed_ = true;
       disarmed_at_ = hal_.micros();
       return;

@@ -109,6 +109,9 @@ class Wire {
   // DISARM was the last frame, and when.
   bool disarmed_ = false;
   uint32_t disarmed_at_ = 0;
+  // An intact frame of version 2 arrived in the last seconds, and when the last one did.
+  bool trailed_ = false;
+  uint32_t trailed_at_ = 0;
   bool counting_ = false;
   uint8_t sequence_ = 0;
   Register answered_ = Register::NONE;

@@ -391,6 +391,9 @@ class Joint:
                 f"{self.name} {what} current", percent, 1, 100, "%", "disable() switches it off"
             )
         settings.check_acceleration(parameters.max_acceleration)
+        if self.version == 2:
+            # A joint that restarted would engage, and report the restart in the same answer.
+            self.session.read(Register.PING)
         # If only the answer is lost, the motor is enabled.
         self.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
@@ -674,6 +677,8 @@ class Joint:
 
     def check_orientation(self, motor_angle: float = math.radians(1.0)) -> None:
         """Turn the motor slightly and back, to check that motor and encoder agree.
+
+        Our firmware turns by twice the angle, beside an end stop to the free side.
 
         Args:
             motor_angle: Angle by which the motor turns, at most 10 degrees [rad of the motor].

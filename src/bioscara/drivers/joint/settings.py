@@ -31,7 +31,7 @@ class Settings:
         self.max_velocity = parameters.max_velocity
 
     def set_drive_current(self, percent: int) -> None:
-        """Set the motor current in motion.
+        """Set the motor current in motion; our firmware engages no disabled joint with it.
 
         Args:
             percent: 0 to 100 of the driver's full scale; 0 disables the joint.
@@ -42,7 +42,9 @@ class Settings:
         self._session.write(Register.SETCURRENT, self._percent("drive current", percent))
 
     def set_hold_current(self, percent: int) -> None:
-        """Set the motor current at standstill.
+        """Set the motor current at standstill; our firmware engages no disabled joint with it.
+
+        ``enable`` sends its own: ``enable(hold_percent=...)``.
 
         Args:
             percent: 0 to 100 of the driver's full scale; 0 disables the joint.
