@@ -377,9 +377,9 @@ MUTANTS = (
     Mutant(
         "trailer in an armed session",
         "Wire::examine",
-        "armed_ && !frame.checked && code != Register::STOP",
-        "false",
-        HAZARDS,
+        "armed_ || ",
+        "",
+        HOST,
     ),
     Mutant(
         "setpoint watchdog",
@@ -391,9 +391,9 @@ MUTANTS = (
     Mutant(
         "what a fault cut stays cut",
         "Joint::apply_currents",
-        "(state_ == JointState::FAULTED && powered_)",
-        "state_ == JointState::FAULTED",
-        HAZARDS,
+        "(state_ == JointState::FAULTED && !powered_) || ",
+        "",
+        HOST,
     ),
     Mutant(
         "a check that was broken off enables nothing",
@@ -601,15 +601,15 @@ MUTANTS = (
     Mutant(
         "polls of version 1 feed no setpoint",
         "Joint::watch_silence",
-        "(alone_ || stopping) &&",
-        "",
+        "stopping || (alone_ && !wire_.armed())",
+        "stopping || !wire_.armed()",
         HOST,
     ),
     Mutant(
         "polls of an armed session feed nothing",
         "Joint::watch_silence",
-        "&& !wire_.armed()",
-        "",
+        "alone_ && !wire_.armed()",
+        "alone_",
         HOST,
     ),
     Mutant(
@@ -713,8 +713,8 @@ MUTANTS = (
     Mutant(
         "the least deceleration after a fault",
         "Joint::stop",
-        "sequence() || fault_ != Fault::NONE",
-        "sequence()",
+        "configuration_.braking",
+        "0.0F",
         HOST,
     ),
     Mutant(

@@ -147,7 +147,7 @@ def test_hz04_silence_stops_every_mode_within_its_time(mode: str) -> None:
     # The deceleration has begun at the latest 60 ms and a tick after the last setpoint.
     host.arm.run(max(0.0, last + 0.062 - host.arm.now()))
     first = abs(host.field_speed())
-    assert abs(host.field_speed()) < first
+    assert first == 0.0 or abs(host.field_speed()) < first
     host.arm.run(1.0)
     assert host.field_speed() == 0.0
     assert host.fault() is Fault.SETPOINT_LOST

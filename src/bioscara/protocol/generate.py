@@ -193,15 +193,16 @@ length of a register equals its version 2 length.
   every write without trailer but STOP is refused until the joint restarts or is disarmed.
 - Without a session, a joint that received an intact frame with trailer refuses SETUP and the motion
   commands without one (TRAILER_REQUIRED) for 10 s: a version 2 host is using it. HELLO is such
-  a frame; DISARM ends these 10 s at once. STOP, reads and settings are accepted always. So a greeting from
-  before makes a version 1 host wait for 10 s, no longer.
+  a frame; DISARM ends these 10 s at once. STOP, reads and settings are accepted always. So a
+  greeting from before makes a version 1 host wait for 10 s, no longer.
 - The joint's bootloader takes two steps, so that no single frame can start it: `DISARM`, then
   `BOOTLOADER`, both with the boot id of `HELLO`, nothing between them, in a disabled joint.
 - `IMAGE`, `EXCEPTION`, `CAPTURE` and `CAPTUREBLOCK` came with the capability `DIAGNOSIS`; firmware
   without it refuses them with UNKNOWN_REGISTER. A captured block is requested by its number, so
   that each request of it gets the same errors, until a new CAPTURE makes all blocks OUT_OF_RANGE.
 - Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
-  ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
+  ms unless set) ramps down, at least with the acceleration at which the arm is configured,
+  disables itself and latches SETPOINT_LOST. Setpoints are the
   registers listed below the table; polls never count. A self-running command (HOME, MOVESTEPS and
   their like) is kept alive by writing WATCHDOG. A version 1 host has no such register: any
   intact frame keeps such a command alive, for 250 ms. Setpoints have to be repeated there, too.

@@ -165,15 +165,16 @@ void Joint::harm(Fault fault, float data) {
 void Joint::watch_silence() {
   const bool stopping = state_ == JointState::STOPPING;
   if (!underway() && !stopping) return;
-  const bool polled = (alone_ || stopping) && !wire_.armed();
+  // A stop needs no setpoints, only a host that looks at it.
+  const bool polled = stopping || (alone_ && !wire_.armed());
   const uint32_t since = polled ? wire_.last_frame() : fed_;
   const uint32_t silence = (hal_.micros() - since) / 1000U;
-  const uint32_t allowed = polled ? kPollMillis : wire_.watchdog_ms();
+  const uint32_t allowed = polled && !wire_.armed() ? kPollMillis : wire_.watchdog_ms();
   // A frame may arrive after this tick began.
   if (silence <= allowed || silence > 0x7FFFFFFFU / 1000U) return;
   if (stopping) {
     // The limit it stops with may be near zero.
-    stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
+    stop_deceleration_ = fmaxf(stop_deceleration_, configuration_.braking);
     return;
   }
   // A joint at rest still makes the small corrections that keep it at its place.

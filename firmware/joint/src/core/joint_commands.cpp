@@ -229,11 +229,14 @@ void Joint::stop(bool hard) {
   // The first check was aborted: the motor may turn in the wrong direction.
   enabled_ = enabled_ && checked_;
   stop_deceleration_ = hard ? kHardDeceleration : deceleration_;
-  // The limit that the host has set may be near zero: it ends neither a motion that has an
-  // acceleration of its own, nor one whose host was lost.
-  if (sequence() || fault_ != Fault::NONE)
+  // The limit that the host has set may be near zero, or that of a slow motion: it ends neither a
+  // motion that has an acceleration of its own, nor one whose host was lost.
+  if (sequence()) {
     stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
-  if (sequence()) apply_currents();
+    apply_currents();
+  }
+  if (fault_ != Fault::NONE)
+    stop_deceleration_ = fmaxf(stop_deceleration_, configuration_.braking);
   state_ = JointState::STOPPING;
   still_ = 0;
 }

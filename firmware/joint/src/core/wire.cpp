@@ -47,6 +47,8 @@ void count(uint16_t& counter) {
 // SETUP is documented with two bytes; hosts pad it to four.
 constexpr size_t kShortSetup = 2;
 constexpr size_t kTrailer = 2;
+// No version 2 frame of any firmware is longer: the clock is held while a frame is checked.
+constexpr size_t kLongest = 16;
 
 // Executed in the interrupt: no command for the tick.
 bool immediate(Register code) {
@@ -104,9 +106,9 @@ void Wire::publish(const Status& status) {
   const auto other = static_cast<uint8_t>(1 - current_);
   statuses_[other] = status;
   capture_.add(status.error_steps);
-  hal_.lock();
   // Before the microseconds wrap.
   if (trailed_ && hal_.micros() - trailed_at_ > kTrailedMicros) trailed_ = false;
+  hal_.lock();
   current_ = other;
   if (queue_.empty()) flags_ = status.flags;
   hal_.unlock();
@@ -470,7 +472,8 @@ void Wire::refuse(const uint8_t* data, size_t size, const Frame& frame, Answer& 
   // A frame with no known register may still be of version 2; its own trailer decides.
   const auto address = static_cast<uint8_t>(configuration_.address << 1);
   const bool trailed =
-      frame.checked || (size >= 3 && crc8(crc8(0, &address, 1), data, size) == 0);
+      frame.checked ||
+      (size >= 3 && size <= kLongest && crc8(crc8(0, &address, 1), data, size) == 0);
   const uint8_t armed = armed_ ? mask(Flags::ARMED) : 0;
   answer.size = 1;
   answer.bytes[0] = flags_ & 0x0F;
