@@ -193,8 +193,8 @@ length of a register equals its version 2 length.
   every write without trailer but STOP is refused until the joint restarts or is disarmed.
 - Without a session, a joint that received an intact frame with trailer refuses SETUP and the motion
   commands without one (TRAILER_REQUIRED) for 10 s: a version 2 host is using it. HELLO is such
-  a frame; DISARM ends these 10 s at once. STOP, reads and settings are accepted always. So a greeting from
-  before makes a version 1 host wait for 10 s, no longer.
+  a frame; DISARM ends these 10 s at once. STOP, reads and settings are accepted always. So a
+  greeting from before makes a version 1 host wait for 10 s, no longer.
 - The joint's bootloader takes two steps, so that no single frame can start it: `DISARM`, then
   `BOOTLOADER`, both with the boot id of `HELLO`, nothing between them, in a disabled joint.
 - `IMAGE`, `EXCEPTION`, `CAPTURE` and `CAPTUREBLOCK` came with the capability `DIAGNOSIS`; firmware

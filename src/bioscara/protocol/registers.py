@@ -183,8 +183,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.SETBRAKEMODE,
         _W,
-        "Standstill behaviour at zero hold current, which a disabled joint has: 0 freewheel, 1 cool "
-        "brake (shorted coils), 2 hard brake.",
+        "Standstill behaviour at zero hold current, which a disabled joint has: 0 freewheel, 1 "
+        "cool brake (shorted coils), 2 hard brake.",
         written=(Field("mode", Kind.U8, "", 0, 2),),
     ),
     Definition(
@@ -220,8 +220,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.MOVETOEND,
         _W,
-        "Moves until the motor is held, then stops where it no longer presses: 2 degrees of the motor "
-        "beside the contact, 80 where the rise of the torque was not seen; sets no home.",
+        "Moves until the motor is held, then stops where it no longer presses: 2 degrees of the "
+        "motor beside the contact, 80 where the rise of the torque was not seen; sets no home.",
         written=(
             _DIRECTION,
             Field("speed", Kind.U8, "rpm", 1, 250),
