@@ -1,4 +1,4 @@
-// What a joint tells about itself: its image, its last exception, captured errors, its light.
+// Diagnosis of a joint: its image, its last exception, captured errors, its light.
 #include <cmath>
 #include <cstdint>
 #include <functional>

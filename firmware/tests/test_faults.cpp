@@ -837,7 +837,7 @@ TEST(a_current_energises_no_motor_that_is_not_enabled) {
         host.arm_session();
         if (before) {
           host.enable();
-          // Each of the two disables; the other current stays what it was.
+          // Each of the two disables; the other current stays unchanged.
           host.send(code == Register::SETCURRENT ? Register::SETHOLDCURRENT : Register::SETCURRENT, {0});
           host.keep(0.2);
         }

@@ -470,7 +470,7 @@ TEST(a_motor_may_be_plugged_in_either_way) {
       CHECK(host.fault() == Fault::NONE);
       // Without current it may have stood as far as an electrical period from its field.
       CHECK(std::fabs(bench.rotor() - first) < 7.2 / kDegrees);
-      // The driver restarts: what it is set to again keeps the direction.
+      // The driver restarts: its new settings keep the direction.
       bench.driver().power_up();
       bench.run(0.1);
       CHECK(host.fault() == Fault::DRIVER_RESET);

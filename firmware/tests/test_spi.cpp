@@ -51,7 +51,7 @@ Course move(int joint, Mode mode, Prepare prepare) {
   host.arm_session();
   host.enable(setting.percent, setting.speed, setting.acceleration, joint == 2 ? 12 : 6);
   const double start = host.degrees();
-  // The way of 0.6 s, its ends with the full acceleration.
+  // A course of 0.6 s, its ends with the full acceleration.
   const double ramp = std::min(0.3, setting.speed / setting.acceleration);
   const double speed = setting.acceleration * ramp;
   const double way = speed * (0.6 - ramp);

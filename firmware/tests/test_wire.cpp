@@ -664,7 +664,7 @@ TEST(a_joint_that_speaks_version_2_moves_for_no_frame_without_trailer) {
 TEST(a_greeting_from_before_does_not_lock_a_host_of_version_1_out) {
   for (bool disarmed : {true, false}) {
     for (double wait : {9.9, 10.1}) {
-      // The microseconds overflow meanwhile.
+      // The microseconds overflow in that time.
       Bench bench(4, 0U - 5000000U);
       Host host(bench, 4);
       const Bytes answer = host.hello();

@@ -11,7 +11,7 @@ constexpr Time kRamp = 512;
 constexpr Time kTick = Joint::kTickMicros * 10;
 constexpr Time kWatchdog = kSecond / 10;
 // From reset until the firmware listens: that of the flashed image, in emulation.
-constexpr Time kBoot = 106'000;
+constexpr Time kBoot = 120'000;
 constexpr Time kNever = std::numeric_limits<Time>::max();
 // Amplitude of the phase currents at full scale: 1.48 A rms.
 constexpr double kFullCurrent = 1.48 * 1.41421356;

@@ -91,6 +91,7 @@ void OriginalDriver::move_steps(std::int32_t microsteps) {
   write(VMAX, max_velocity_);
   write(RAMPMODE, POSITION);
   positioning_ = true;
+  off_ = 0;
   // Unsigned: the addition wraps round as in the register.
   target_ = static_cast<std::int32_t>(read(XACTUAL) + static_cast<std::uint32_t>(microsteps));
   write(XTARGET, static_cast<std::uint32_t>(target_));
@@ -175,7 +176,13 @@ void OriginalDriver::set_home() {
   rewrite_position(0);
 }
 
-bool OriginalDriver::position_reached() { return read(XACTUAL) == read(XTARGET); }
+bool OriginalDriver::position_reached() {
+  // The library polls every 50 us and sees a target that is only passed; the model polls less often.
+  const auto off = static_cast<std::int32_t>(read(XACTUAL) - read(XTARGET));
+  const bool passed = off_ != 0 && (off < 0) != (off_ < 0);
+  off_ = off;
+  return off == 0 || passed;
+}
 
 bool OriginalDriver::standing() { return read(VACTUAL) == 0; }
 

@@ -59,6 +59,8 @@ class OriginalDriver {
   std::uint32_t acceleration_ = 0;
   std::uint32_t max_velocity_ = 0;
   std::int32_t target_ = 0;
+  // Distance to the target at the last poll.
+  std::int32_t off_ = 0;
   bool positioning_ = true;
 };
 

@@ -5,6 +5,7 @@ namespace bioscara::sim {
 namespace {
 
 constexpr std::uint16_t kReadAngle = 0x8000 | 0x02 << 4 | 1;
+constexpr std::uint16_t kWriteMode2 = 0x5000 | 0x08 << 4 | 1;
 // Timer period that the filter assumes [s].
 constexpr double kPeriod = 1.0 / 1541.85;
 // Poles at -18.8 and -101 rad/s: a ramp is reported 120/1900 = 63 ms late.
@@ -17,6 +18,13 @@ std::uint16_t OriginalEncoder::read() {
   std::uint16_t words[2] = {};
   hal_.encoder_exchange(kReadAngle, words, 2);
   return words[0] & 0x7FFF;  // The safety word is not checked.
+}
+
+// Autocalibration off, 360 degrees, not inverted. The checksum of the settings stays unchanged, and the
+// chip reports a system error from then on, which it does not read.
+void OriginalEncoder::setup() {
+  std::uint16_t mode2 = 0x0800;
+  hal_.encoder_exchange(kWriteMode2, &mode2, 1);
 }
 
 void OriginalEncoder::set_home() {

@@ -11,6 +11,7 @@ class OriginalEncoder {
  public:
   explicit OriginalEncoder(Hal& hal) : hal_(hal) {}
 
+  void setup();
   // Makes the present angle zero.
   void set_home();
   // One period of the library's timer.

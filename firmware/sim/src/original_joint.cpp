@@ -50,6 +50,7 @@ OriginalJoint::OriginalJoint(Hal& hal, Time now)
   driver_.setup();
   driver_.set_max_acceleration(kStartAcceleration);
   driver_.set_max_velocity(kStartVelocity);
+  encoder_.setup();
   encoder_.set_home();
   next_loop_ += start_orientation(kStartCheck);
 }

@@ -15,7 +15,9 @@ class Tle5012bChip {
   // `turns`: shaft position in turns, latched at the chip's own rate by the caller.
   void latch(double turns);
   void exchange(std::uint16_t command, std::uint16_t* words, std::size_t count);
-  void power_up() { mode2_ = 0; }
+  void power_up();
+  // One of the registers 0x08 to 0x0F.
+  std::uint16_t setting(int address) const { return settings_[address - 8]; }
 
   void freeze(bool on) { frozen_ = on; }
   void jump(double turns) { jump_ += turns; }
@@ -25,13 +27,18 @@ class Tle5012bChip {
   void set_noise(double counts) { noise_ = counts; }
 
  private:
+  std::uint16_t read(int address);
+  void check_settings();
+
   // Error at once, twice and four times a turn: amplitude and phase [turns].
   struct Harmonic {
     double times, amplitude, phase;
   };
   Harmonic harmonics_[3];
   std::uint16_t angle_ = 0;
-  std::uint16_t mode2_ = 0;
+  std::uint16_t settings_[8];
+  // Bits of STAT, kept until it is read: a reset, and settings that do not fit their checksum.
+  std::uint16_t status_ = 0;
   double jump_ = 0.0;
   double noise_ = 0.0;
   double sign_ = 1.0;

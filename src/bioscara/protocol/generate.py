@@ -59,7 +59,7 @@ _HEADER_BEGIN = """\
 namespace bioscara {
 """
 _STRUCT = """\
-// What a value that is written has to be within.
+// The range of a written value.
 template <typename T>
 struct Range {
   T lower;

@@ -78,9 +78,11 @@ void encoder_exchange(uint16_t command, uint16_t* words, size_t count) {
     if (reads) words[i] = word;
   }
   finish(bus);
+  // After a write the chip has a safety word, which is not read.
+  if (!reads) pins::release_encoder_data();
   wait(kSelectedLoops);
   pins::kEncoderSelect.high();
-  if (reads) pins::drive_encoder_data();
+  pins::drive_encoder_data();
 }
 
 }  // namespace bioscara::spi

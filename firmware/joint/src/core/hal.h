@@ -53,7 +53,7 @@ class Hal {
   // The last exception since power came up.
   virtual ExceptionRecord exception() = 0;
 
-  // The light that shows what the joint is doing.
+  // The light that shows the state of the joint.
   virtual void indicate(bool lit) = 0;
 
   // Leaves this firmware for the bootloader, with the power stage open. Returns in simulation only.

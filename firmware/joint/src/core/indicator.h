@@ -1,4 +1,4 @@
-// The light of the board: what the joint is doing, for a person next to it.
+// The light of the board: the state of the joint, for a person next to it.
 #pragma once
 
 #include <stdint.h>

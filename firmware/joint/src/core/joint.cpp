@@ -165,7 +165,7 @@ void Joint::harm(Fault fault, float data) {
 void Joint::watch_silence() {
   const bool stopping = state_ == JointState::STOPPING;
   if (!underway() && !stopping) return;
-  // A stop needs no setpoints, only a host that looks at it.
+  // A stop needs no setpoints, only a host that polls.
   const bool polled = stopping || (alone_ && !wire_.armed());
   const uint32_t since = polled ? wire_.last_frame() : fed_;
   const uint32_t silence = (hal_.micros() - since) / 1000U;

@@ -46,7 +46,7 @@ float Motion::braking(float target, float deceleration) const {
 void Motion::go(float target, float speed, float acceleration, float deceleration) {
   driver_.set_acceleration(acceleration, braking(target, deceleration));
   const float ahead = reach(fmaxf(speed, fabsf(velocity())), deceleration);
-  // The target last: it returns what the speed's datagram wrote.
+  // The target last: it returns the value of the speed's datagram.
   driver_.set_speed(speed);
   aim(clamp(target, position() - ahead, position() + ahead));
   goal_ = rounded(target);

@@ -64,7 +64,7 @@ bool Orientation::freed(Motion& motion, float encoder) {
   return true;
 }
 
-// Beside an end stop the rotor cannot follow a long stroke. Before it loses the field, that goes back.
+// Near an end stop the rotor cannot follow a long stroke. Before it loses the field, that goes back.
 bool Orientation::blocked(Motion& motion, float encoder) {
   held_ = long_ && !found(motion, encoder) ? held_ + 1 : 0;
   if (held_ < kHeld) return false;

@@ -11,7 +11,7 @@ class Tle5012b {
  public:
   explicit Tle5012b(Hal& hal) : hal_(hal) {}
 
-  // Reads the first angle; false while the chip has none yet.
+  // Sets the chip up and reads the first angle; false while it has none yet.
   bool setup();
 
   // Reads the angle; false if the answer fails its check. `counts` follows turns.
@@ -31,12 +31,23 @@ class Tle5012b {
   void rebase() { counts_ -= change_; }
 
  private:
+  static constexpr int kSettings = 8;
+
   bool read(uint16_t& angle);
   bool ask(uint16_t address, uint16_t& data);
+  bool fetch(uint16_t address, uint16_t* words, int count);
+  void write(uint16_t address, uint16_t word);
+  bool read_settings(uint16_t (&settings)[kSettings]);
+  bool settled();
+  bool configure();
 
   Hal& hal_;
   uint16_t angle_ = 0;
   uint16_t previous_ = 0;
+  // The chip has reported no reset since it was set up; and one after that: its settings are those of
+  // its start.
+  bool steady_ = false;
+  bool reset_ = false;
   int32_t counts_ = 0;
   int32_t change_ = 0;
 };

@@ -111,14 +111,14 @@ constexpr uint8_t kCalm = 8;
 template <typename T, size_t size>
 constexpr size_t count(const T (&)[size]) { return size; }
 
-// A counter may move by its speed, by what the speed can change, and by this much that neither says
+// A counter may move by its speed, by the change of that speed, and by this much that neither says
 // [steps]; a speed by the hardest acceleration and this much [1 of VACTUAL].
 constexpr float kCounterLeast = 16.0F;
 constexpr float kLate = 0.1F;
 constexpr float kSpeedLeast = 64.0F;
 // Share of a tick's change of speed that may be missing.
 constexpr float kMissing = 0.35F;
-// What is off is added up, with this share of the sum before, and may reach this share of a tick's change.
+// The deviations are added up, with this share of the sum before, and may reach this share of a tick's change.
 constexpr float kForgetting = 0.75F;
 constexpr float kDrift = 0.5F;
 // Distance from the target at which a ramp ends at any moment [steps].
@@ -267,7 +267,7 @@ void Tmc5130::take_velocity(int32_t velocity, float seconds) {
 }
 
 // Whether the speed strays from the one that the ramp's settings give, after this time from the last
-// position and speed. A change of them takes effect within the tick, so a part of what it changes may
+// position and speed. A change of them takes effect within the tick, so a part of its change may
 // be missing, once.
 bool Tmc5130::strays(int32_t velocity, float seconds) {
   if (velocity == 0 && velocity_ == 0 && static_cast<uint32_t>(position_) == values_[kTarget]) {
@@ -299,7 +299,7 @@ bool Tmc5130::strays(int32_t velocity, float seconds) {
   return beyond > kMissing || fabsf(drift_) > kDrift;
 }
 
-// What the tick before asked for.
+// The answer to the last tick's question.
 void Tmc5130::take_status() {
   const uint32_t status = reported_;
   const uint8_t asked = kAsked[asked_].address;
@@ -388,7 +388,7 @@ void Tmc5130::set_position(int32_t position) {
   position_ = position;
   odd_position_ = false;
   values_[kTarget] = static_cast<uint32_t>(position);
-  // The second one returns what the first one wrote.
+  // The second one returns the value of the first.
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     damaged_ = kNone;
     exchange(XACTUAL | kWrite, static_cast<uint32_t>(position));

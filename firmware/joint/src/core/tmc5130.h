@@ -1,9 +1,9 @@
 // The motor driver, as SPI datagrams (TMC5130A data sheet, sections 4 and 6).
 //
-// A datagram has no check. The driver returns what a datagram wrote with the next one, which is
+// A datagram has no check. The driver returns the value of a write with the next datagram, which is
 // compared, and a damaged setting is written again. A damaged address is not seen in that value: so
 // the speed of each tick is compared with the one that the settings give, and those of the ramp are
-// written again where it differs; the position has to continue what it was; and the settings are
+// written again where it differs; the position has to continue its course; and the settings are
 // read, or where that is not possible written again, in turn.
 #pragma once
 
@@ -33,8 +33,8 @@ class Tmc5130 {
   // Begins a tick: reads position and speed and asks for one of the other registers in turn. Three
   // datagrams, four in every kTicksBetween-th tick.
   void poll();
-  // Ends it: with one more where something was written, which returns what that was, and writes again
-  // what was damaged.
+  // Ends it: with one more where something was written, which returns that value, and writes a damaged
+  // setting again.
   void finish();
   int32_t position() const { return position_; }
   int32_t velocity_register() const { return velocity_; }
@@ -60,7 +60,7 @@ class Tmc5130 {
 
  private:
   static constexpr size_t kSettings = 18;
-  // Beside the number of a setting: the position counter, and none.
+  // In place of a setting's number: the position counter, and none.
   static constexpr size_t kCounter = kSettings, kNone = kSettings + 1;
 
   uint32_t exchange(uint8_t address, uint32_t value);
@@ -76,7 +76,7 @@ class Tmc5130 {
   int32_t velocity_ = 0;
   // When position and speed were read.
   uint32_t read_at_ = 0;
-  // They did not continue what they were: believed when that is so twice in a row.
+  // They did not continue their course: believed when that is so twice in a row.
   bool odd_position_ = false;
   bool odd_velocity_ = false;
   bool jumped_ = false;
@@ -107,7 +107,7 @@ class Tmc5130 {
   uint32_t clear_ = 0;
   size_t damaged_ = kNone;
 
-  // The next setting that a set-up has to write, and what all of them are.
+  // The next setting that a set-up has to write, and the values of all.
   size_t set_up_ = kSettings;
   uint32_t values_[kSettings] = {};
 };

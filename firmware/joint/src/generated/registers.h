@@ -146,7 +146,7 @@ enum class BrakeMode : uint8_t {
 
 enum class Kind : uint8_t { U8, I8, U16, I16, U32, I32, F32 };
 
-// What a value that is written has to be within.
+// The range of a written value.
 template <typename T>
 struct Range {
   T lower;
