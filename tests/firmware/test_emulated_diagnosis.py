@@ -1,4 +1,4 @@
-"""What the flashed image tells: exceptions, its checksum, captured errors, its light."""
+"""Diagnosis by the flashed image: exceptions, its checksum, captured errors, its light."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def home_and_move(name: str, *, original: bool, turned: bool) -> tuple[float, fl
     moved = arm.position(name) - stop
     assert joint.get_position() == pytest.approx(target, abs=MOVED[name])
     assert moved == pytest.approx(target - home, abs=SAME[name])
-    # What the joint reports is where the parameters say that it is.
+    # The reported position is that of the parameters.
     assert joint.get_position() == pytest.approx(arm.position(name), abs=SAME[name])
     joint.disable()
     return stop, moved

@@ -1,4 +1,4 @@
-"""Position errors captured by a joint of the compiled firmware, and what it tells about itself."""
+"""Position errors captured by a joint of the compiled firmware, and its diagnosis."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BLOCK = When(first=Register.CAPTUREBLOCK)
 
 
 def capture_a_move(world: World, joint: Joint) -> tuple[Capture, NDArray[np.float64]]:
-    """Move the joint by 0.1 rad, and return what it captured and the true load angle meanwhile.
+    """Move the joint by 0.1 rad, and return its capture and the true load angle in that time.
 
     Of the true load angle there are STEPS_PER_TICK rows, one for each phase of the control tick.
     """
