@@ -56,7 +56,7 @@ $(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
 
 $(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt
 	@echo "installing the tools for tests and checks"
-	@$(PIP) install --quiet -c constraints.txt -e '.[plot,view,export,web,dev]'
+	@$(PIP) install --quiet -c constraints.txt -e '.[plot,export,web,dev]'
 	@touch $@
 
 demo: $(VENV)/.demo

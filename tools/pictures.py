@@ -1,6 +1,6 @@
 """Make the pictures of the documentation: ``python -m tools.pictures``.
 
-Needs the extras ``plot``, ``view`` and ``web``, Playwright, and Chromium for those of pages.
+Needs the extras ``plot`` and ``web``, Playwright, and Chromium for those of pages.
 All pictures of the dashboard, with each tab and state at three sizes, land in ``runs/pictures``;
 ``python -m tools.pictures dashboard`` makes these alone.
 """

@@ -6,7 +6,7 @@ import shlex
 import sys
 from typing import Literal
 
-Extra = Literal["plot", "view", "export", "web"]
+Extra = Literal["plot", "export", "web"]
 """The extras of ``pyproject.toml`` that users need."""
 
 

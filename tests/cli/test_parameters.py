@@ -41,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("by", ["option", "environment"])
-@pytest.mark.parametrize("command", sorted(COMMANDS.keys() - {"flash", "view"}))
+@pytest.mark.parametrize("command", sorted(COMMANDS.keys() - {"flash"}))
 def test_every_command_refuses_a_wrong_overlay_by_file_and_line(
     command: str, by: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

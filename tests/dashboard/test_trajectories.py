@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from bioscara import Robot
+from bioscara.api.values import workspace_value
 from bioscara.dashboard.trajectories import checked_trajectory
 from bioscara.errors import TrajectoryError
 from bioscara.model.loading import load_parameters
-from bioscara.server.state.queries import workspace_state
 
 PARAMETERS = load_parameters()
 
@@ -52,7 +52,7 @@ def test_a_position_outside_the_limits_cannot_be_fitted() -> None:
 def test_what_the_arm_makes_of_it_has_all_joints_of_which_the_others_hold() -> None:
     here = [0.3, 0.2, 0.8, -0.5]
     with Robot.simulated(PARAMETERS) as robot:
-        workspace = workspace_state(robot.arm, 1)
+        workspace = workspace_value(robot.arm.workspace, 1)
     found = checked_trajectory("a.csv", csv(2.0), PARAMETERS, workspace, here, fit=False)
     assert found.planned is not None
     assert found.planned.joint_names == ("j1", "j2", "j3", "j4")

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import ArmHardware
 from bioscara.hardware.ros2_control_tags import SIZE_MAX, Urdf, read_arm, read_gripper
+from bioscara.hardware.urdf_joints import joints_of
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -171,3 +172,26 @@ def test_a_damaged_file_is_refused_or_reads_as_an_arm(data: st.DataObject) -> No
     text = TEXT[:at] + data.draw(st.text(max_size=4)) + TEXT[at + size :]
     with suppress(ConfigurationError):
         read(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        (
+            '<link name="base_link">',
+            '<link name="lonely"/><link name="base_link">',
+            "2 links have no",
+        ),
+        ('type="prismatic"', 'type="planar"', "type 'planar' is not one of"),
+        (
+            '<parent link="world"/>',
+            '<parent link="link_1"/>',
+            "joint base_joint has no parent in the tree",
+        ),
+        ('<axis xyz="0 0 1"/>', "", "joint j1 has no <axis>"),
+    ],
+)
+def test_a_description_that_is_not_a_tree_is_refused(old: str, new: str, complaint: str) -> None:
+    assert old in TEXT
+    with pytest.raises(ConfigurationError, match=complaint):
+        joints_of(Urdf(TEXT.replace(old, new, 1), "arm.urdf"))

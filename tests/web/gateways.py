@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import httpx
 from websockets.exceptions import ConnectionClosed
@@ -20,7 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 from bioscara import Robot
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served, ServeSettings, serving
-from bioscara.web.gateway import Gateway, GatewaySettings
+from bioscara.web.gateway import Gateway, GatewaySettings, PageServer
 from processes import wait_until
 
 LIMIT = 10.0
@@ -132,9 +132,12 @@ class WebClientOfTest:
         return found
 
 
+_Server = TypeVar("_Server", bound=PageServer)
+
+
 @contextmanager
-def running_gateway(gateway: Gateway) -> Iterator[Gateway]:
-    """Run a gateway in a thread for a block of code."""
+def running_gateway(gateway: _Server) -> Iterator[_Server]:
+    """Run a gateway, or another server of the page, in a thread for a block of code."""
     ended, errors = threading.Event(), []
 
     def run() -> None:

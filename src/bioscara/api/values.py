@@ -86,6 +86,25 @@ def workspace_of(parameters: ArmParameters, state: WorkspaceState) -> Workspace:
     return workspace.with_widths(*state.widths)
 
 
+def workspace_value(space: Workspace, revision: int) -> WorkspaceState:
+    """Return a workspace as a value.
+
+    Args:
+        space: The workspace.
+        revision: Its number.
+    """
+    return WorkspaceState(
+        revision=revision,
+        scene=scene_value(space.scene),
+        table=space.table,
+        tool=space.tool,
+        reduced_speed=space.reduced_speed,
+        load=space.load,
+        widths=space.widths,
+        unconfirmed=space.unconfirmed_words(),
+    )
+
+
 def scene_value(scene: Scene) -> SceneValue:
     """Return a scene as a value; its widths are the owner's to know."""
     zones = [BoxZone(each) if isinstance(each, Box) else CylinderZone(each) for each in scene.zones]

@@ -261,11 +261,6 @@ def _check_view(parser: Parser, options: Options) -> None:
     planned = options.has_target()
     if planned and options.source is not None:
         parser.error(f"{options.source} and a target exclude one another; leave out one of them")
-    if options.plot is not None and (planned or options.source is not None):
-        parser.error(
-            "--plot of view draws the motion of the sliders; 'bioscara plan --plot FILE' draws a "
-            "plan, and the folder of a run has plot.png"
-        )
     given = {
         "--from": options.start is not None,
         "--table": options.table is not None,
@@ -624,10 +619,6 @@ def _add_view_command(commands: Parser) -> None:
         help="TCP port to listen on (default 8080); the next free one is taken if it is in use",
     )
     _add_scene(view, "file with the zones and the table to show")
-    _add_plot(
-        view,
-        "at the end, draw the motion from the first to the last slider positions, as PNG",
-    )
 
 
 def _port(text: str) -> int:

@@ -1,50 +1,51 @@
-"""What ``bioscara view`` shows: a run, a recording, a trajectory, a plan, or a running arm."""
+"""What ``bioscara view`` shows without an owner: files, a plan, a simulated arm."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 
+import numpy as np
+
+from bioscara.api.messages import TrajectoryValue
+from bioscara.api.values import trajectory_value, workspace_value
 from bioscara.cli.options import START, Options
-from bioscara.cli.target import plan_target, target_planner
-from bioscara.errors import (
-    BioscaraError,
-    BusUnavailableError,
-    ConfigurationError,
-    InvalidArgumentError,
-)
-from bioscara.kinematics import Scara
+from bioscara.cli.target import plan_target, scene_from, target_planner
+from bioscara.dashboard.viewed import Viewed
+from bioscara.errors import BioscaraError, ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read
-from bioscara.planning.collision.scene import Scene
-from bioscara.remote import RemoteRobot
+from bioscara.planning.arrays import Array
 from bioscara.report.folder import SAMPLES
 from bioscara.report.recorded import read_run
+from bioscara.robot.workspace.workspace import Workspace
 from bioscara.sim import Onlooker
-from bioscara.viewer.played_motion import PlayedMotion
 
-_SIMULATED, _SERVED = "sim:", "arm:"
+SERVED = "arm:"
+"""Begin of a SOURCE that names an arm with an owner."""
+_SIMULATED = "sim:"
+_ROWS = 20_000
+"""Largest number of samples of a motion."""
+_PERIOD = 0.01
+"""Time between two samples of a trajectory whose least clearance is looked for [s]."""
 
 
 def is_arm(source: str) -> bool:
     """Return whether SOURCE names an arm, and not a file or folder."""
-    return source == "sim" or source.startswith((_SIMULATED, _SERVED, "linux:"))
+    return source == "sim" or source.startswith((_SIMULATED, SERVED, "linux:"))
 
 
-def look_at(source: str) -> Callable[[], tuple[float, Sequence[float]]]:
-    """Return a function that returns the time and the joint positions of a running arm.
+def onlooker_of(source: str) -> Onlooker:
+    """Return an observer of a running simulated arm.
 
     Args:
-        source: Name of the bus of a simulated one, or ``arm:NAME`` for one that is served.
+        source: Name of its bus.
 
     Raises:
         InvalidArgumentError: The arm cannot be shown.
         BusUnavailableError: No arm answers behind the socket.
-        OwnerLostError: No owner of that name runs.
     """
-    if source.startswith(_SERVED):
-        return _look_at_served(source.removeprefix(_SERVED))
     path = source.removeprefix(_SIMULATED) if source.startswith(_SIMULATED) else ""
     if not path:
         other = "a real arm has one host" if source.startswith("linux:") else "it has no process"
@@ -55,90 +56,72 @@ def look_at(source: str) -> Callable[[], tuple[float, Sequence[float]]]:
         )
     onlooker = Onlooker(path)
     onlooker.look()  # so that a wrong path is refused at once
-    return onlooker.look
+    return onlooker
 
 
-def _look_at_served(name: str) -> Callable[[], tuple[float, Sequence[float]]]:
-    robot = RemoteRobot(name).open()
-
-    def look() -> tuple[float, Sequence[float]]:
-        try:
-            state = robot.state
-        except BioscaraError as error:
-            # The owner may restart, and the joints may be enabled or recovered.
-            raise BusUnavailableError(str(error)) from error
-        if any(map(math.isnan, state.positions)):
-            raise BusUnavailableError(f"arm {name} is not homed: its position is unknown")
-        return state.time, state.positions
-
-    return look
-
-
-def recording_from(
-    options: Options, parameters: ArmParameters, scene: Scene, arm: Scara
-) -> PlayedMotion:
-    """Return the motion in the run folder, recording or trajectory file that SOURCE names.
+def viewed_from(options: Options, parameters: ArmParameters) -> Viewed:
+    """Return what the options name: a file, the plan to a target, an arm, or none of these.
 
     Args:
-        options: Parsed options.
+        options: Parsed options; a source among them names no arm with an owner.
         parameters: Parameters of the arm.
-        scene: Surroundings of the arm.
-        arm: The arm with its tool.
 
     Raises:
-        ConfigurationError: The folder is not that of a run, or its samples cannot be read.
-        RecordingError: The recording cannot be read.
-        TrajectoryError: The file cannot be read or holds no trajectory.
+        BioscaraError: It cannot be read or planned; the message says why.
     """
-    path = Path(options.source or "")
+    if options.has_target():
+        planner = target_planner(options, parameters)
+        plan = plan_target(planner, options)
+        space = planner.workspace
+        return _trajectory("plan", plan.trajectory, plan.notes, parameters, space)
+    space = Workspace.of(parameters).with_scene(scene_from(options))
+    source = options.source
+    if source is None or is_arm(source):
+        title = source or "the arm, with a slider for each joint"
+        state = workspace_value(space, 0)
+        return Viewed(title, parameters, state, START, live=source is not None)
+    path = Path(source)
     if path.name == SAMPLES and path.is_file():
         raise InvalidArgumentError(
             f"{path} are the samples of a run; name its folder: bioscara view {path.parent}"
         )
     if path.is_dir():
-        return _run(path, [limit.name for limit in arm.limits])
+        return _run(path, parameters, space)
     if path.suffix == ".mcap":
-        return _recorded(path, [limit.name for limit in arm.limits])
+        return _recording(path, parameters, space)
     trajectory, notes = read(path)
-    return of_trajectory(str(path), trajectory, notes, parameters, scene, arm)
+    try:
+        notes += tuple(check(trajectory, parameters.joints))
+        space.surroundings.check(space.kinematics, trajectory, START)
+    except BioscaraError as error:
+        notes += (f"'bioscara run' refuses it: {error}",)
+    return _trajectory(str(path), trajectory, notes, parameters, space)
 
 
-def plan_from(options: Options, parameters: ArmParameters) -> tuple[PlayedMotion, Scara]:
-    """Return the motion to the target, as ``bioscara plan`` plans it, and the arm with its tool.
-
-    Raises:
-        BioscaraError: The motion cannot be planned.
-    """
-    planner = target_planner(options, parameters)
-    plan = plan_target(planner, options)
-    arm = planner.kinematics
-    names = [limit.name for limit in arm.limits]
-    recording = PlayedMotion.of_trajectory("plan", plan.trajectory, names, START, plan.notes)
-    return recording, arm
-
-
-def of_trajectory(
+def _trajectory(
     title: str,
     trajectory: Trajectory,
     notes: tuple[str, ...],
     parameters: ArmParameters,
-    scene: Scene,
-    arm: Scara,
-) -> PlayedMotion:
-    """Return a trajectory as a recording; whether the arm can execute it is one of its notes."""
-    names = [limit.name for limit in arm.limits]
-    missing = [name for name in names if name not in trajectory.joint_names]
-    if missing:
+    space: Workspace,
+) -> Viewed:
+    names = [joint.name for joint in parameters.joints]
+    for name in trajectory.joint_names:
+        if name not in names:
+            raise TrajectoryError(f"{name} is not a joint of the arm; it has {', '.join(names)}")
+    if missing := [name for name in names if name not in trajectory.joint_names]:
         notes += (f"it does not say where {', '.join(missing)} is: shown at a chosen position",)
-    try:
-        notes += tuple(check(trajectory, parameters.joints))
-        scene.check(arm, trajectory, START)
-    except BioscaraError as error:
-        notes += (f"'bioscara run' refuses it: {error}",)
-    return PlayedMotion.of_trajectory(title, trajectory, names, START, notes)
+    count = min(int(trajectory.duration / _PERIOD) + 2, _ROWS)
+    times = np.linspace(0.0, trajectory.duration, count)
+    positions = np.tile(START, (count, 1))
+    columns = [names.index(name) for name in trajectory.joint_names]
+    positions[:, columns] = trajectory.sample_many(times)[0]
+    notes += _least_clearance(space, times, positions)
+    state, motion = workspace_value(space, 0), trajectory_value(trajectory)
+    return Viewed(title, parameters, state, START, notes, motion)
 
 
-def _run(folder: Path, names: Sequence[str]) -> PlayedMotion:
+def _run(folder: Path, parameters: ArmParameters, space: Workspace) -> Viewed:
     if not (folder / SAMPLES).exists():
         runs = sorted(folder.glob(f"*/{SAMPLES}"), key=lambda path: path.stat().st_mtime)
         hint = (
@@ -149,22 +132,47 @@ def _run(folder: Path, names: Sequence[str]) -> PlayedMotion:
         raise ConfigurationError(
             f"{folder} is not the folder of a run, as it has no {SAMPLES}; {hint}"
         )
-    motion = read_run(folder, names)
-    phases = tuple(phase.value for phase in motion.phases)
-    notes = _left_out(motion.skipped)
-    return PlayedMotion(f"run {folder}", motion.times, motion.positions, phases, notes)
+    times, phases, positions, skipped = read_run(folder, [each.name for each in parameters.joints])
+    parts = [phase.value for phase in phases]
+    return _measured(f"run {folder}", times, positions, parts, skipped, parameters, space)
 
 
-def _recorded(path: Path, names: Sequence[str]) -> PlayedMotion:
+def _recording(path: Path, parameters: ArmParameters, space: Workspace) -> Viewed:
     # Imported here: other sources do without mcap.
     from bioscara.recording.reading.joint_motion import read_motion  # noqa: PLC0415
 
-    motion = read_motion(path, names)
-    notes = _left_out(motion.skipped)
-    return PlayedMotion(f"recording {path}", motion.times, motion.positions, motion.moving, notes)
+    times, positions, moving, skipped = read_motion(path, [each.name for each in parameters.joints])
+    return _measured(f"recording {path}", times, positions, moving, skipped, parameters, space)
 
 
-def _left_out(skipped: float) -> tuple[str, ...]:
-    if skipped <= 0.0:
+def _measured(
+    title: str,
+    times: Array,
+    positions: Array,
+    parts: Sequence[str],
+    skipped: float,
+    parameters: ArmParameters,
+    space: Workspace,
+) -> Viewed:
+    notes: tuple[str, ...] = ()
+    if skipped > 0.0:
+        notes = (f"the first {skipped:.1f} s, until all joints were homed, are left out",)
+    notes += _least_clearance(space, times, positions)
+    begins = [next(rows) for _, rows in groupby(range(len(parts)), parts.__getitem__)]
+    phases = tuple((float(times[row]), parts[row]) for row in begins)
+    # Also the last one, where the arm has come to rest.
+    rows = np.unique(np.linspace(0, len(times) - 1, min(len(times), _ROWS)).astype(int))
+    names = tuple(joint.name for joint in parameters.joints)
+    values = tuple(map(tuple, positions[rows].tolist()))
+    motion = TrajectoryValue(names, tuple(times[rows].tolist()), values, None, None)
+    return Viewed(title, parameters, workspace_value(space, 0), START, notes, motion, phases)
+
+
+def _least_clearance(space: Workspace, times: Array, positions: Array) -> tuple[str, ...]:
+    arm, scene = space.kinematics, space.surroundings
+    row = int(np.argmin(scene.clearance(arm, positions)))
+    pair = scene.nearest_pair(arm, positions[row].tolist())
+    if pair is None:
         return ()
-    return (f"the first {skipped:.1f} s, until all joints were homed, are left out",)
+    least = f"least clearance {1e3 * pair.distance:z.1f} mm at {times[row]:.2f} s"
+    return (f"{least} ({pair.link} to {pair.other})",)

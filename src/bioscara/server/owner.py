@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bioscara.api import messages as m
-from bioscara.api.values import fault_value, trajectory_value
+from bioscara.api.values import fault_value, trajectory_value, workspace_value
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.loop.loop import CycleReport
 from bioscara.errors import (
@@ -54,7 +54,6 @@ from bioscara.server.state.queries import (
     flight_records,
     goal_trajectories,
     statistics,
-    workspace_state,
 )
 from bioscara.server.state.sampling import Sampler
 from bioscara.server.tasks.goals import ClientGoal, Goals
@@ -191,7 +190,9 @@ class Owner:
             m.ReleaseLease: self._release,
             m.GetState: lambda *_: self._sampler.now(self.sample),
             m.GetDescription: self._describe,
-            m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
+            m.GetWorkspace: lambda *_: workspace_value(
+                self._arm.workspace, self._current_revision()
+            ),
             m.GetHistory: self._past,
             m.GetSimulation: lambda *_: self._simulation.state(),
             m.SimulateFault: self._simulate_fault,

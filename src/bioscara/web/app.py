@@ -96,7 +96,7 @@ def make_app(settings: WebSettings) -> FastAPI:
     page.add(app, settings.arm)
     session.add(app, settings)
     questions.add(app, settings, queries)
-    model.add(app, facts, work)
+    model.add(app, facts.parameters, work)
     trajectories.add(app, facts, queries, work)
     clearance.add(app, facts, queries, work)
     parameters.add(app, queries, work)

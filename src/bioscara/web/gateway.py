@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
+from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bioscara.api import framing, runtime
@@ -26,10 +27,12 @@ from bioscara.web.access.addresses import (
 )
 from bioscara.web.access.browser_sessions import BrowserSessions
 from bioscara.web.access.certificates import fingerprint, self_signed
-from bioscara.web.access.tokens import Tokens, default_path, load_tokens
+from bioscara.web.access.tokens import default_path, load_tokens, view_token
 from bioscara.web.app import guarded, make_app
 from bioscara.web.settings import WebSettings
 
+LOOPBACK = "127.0.0.1"
+"""The address that only this computer reaches."""
 CONNECTIONS = 256
 """Connections at once; further ones are asked to wait."""
 SENT_AHEAD = 16 << 10
@@ -59,10 +62,12 @@ class GatewaySettings:
         key: File of its key; given if the certificate is.
         self_signed: Whether to make a certificate.
         recordings: Folder of the recordings that browsers may load.
+        read_only: Whether browsers may only look: there is one token, which no file has, and the
+            page is in no list.
     """
 
     arm: str
-    host: str = "127.0.0.1"
+    host: str = LOOPBACK
     port: int = 8080
     allowed_hosts: Sequence[str] = ()
     token_file: Path | None = None
@@ -70,6 +75,7 @@ class GatewaySettings:
     key: Path | None = None
     self_signed: bool = False
     recordings: Path = Path("recordings")
+    read_only: bool = False
 
     @property
     def tls(self) -> bool:
@@ -77,8 +83,64 @@ class GatewaySettings:
         return self.self_signed or self.certificate is not None
 
 
-class Gateway:
-    """A gateway that listens; :meth:`run` serves until it is asked to end.
+class PageServer:
+    """Serves routes to browsers; :meth:`run` serves until it is asked to end.
+
+    Args:
+        listener: Listens; closed at the end.
+        app: The routes, behind the check of each request.
+        certificate: File of the certificate; None for no TLS.
+        key: File of its key.
+
+    Raises:
+        ConfigurationError: The certificate cannot be used.
+    """
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        app: ASGIApp,
+        certificate: Path | None = None,
+        key: Path | None = None,
+    ) -> None:
+        self._listener = listener
+        self._server = _Server(_config(app, certificate, key))
+
+    @property
+    def started(self) -> bool:
+        """Whether it answers."""
+        return self._server.started
+
+    def run(self, ended: Callable[[], bool]) -> None:
+        """Serve until ``ended`` returns true.
+
+        Raises:
+            ConfigurationError: The server cannot begin.
+        """
+        asyncio.run(self._serve(ended))
+
+    def close(self) -> None:
+        """Give the port free; may be called again."""
+        self._listener.close()
+
+    async def _serve(self, ended: Callable[[], bool]) -> None:
+        async def watch() -> None:
+            while not ended():
+                await asyncio.sleep(_POLL)
+            self._server.should_exit = True
+
+        watching = asyncio.get_running_loop().create_task(watch())
+        try:
+            await self._server.serve(sockets=[self._listener])
+        finally:
+            watching.cancel()
+            self.close()
+        if not self._server.started:
+            raise ConfigurationError("the web server cannot begin; its log says why")
+
+
+class Gateway(PageServer):
+    """A gateway that listens.
 
     Args:
         settings: How it listens.
@@ -86,7 +148,7 @@ class Gateway:
     Attributes:
         url: Address of the page, without a token.
         tokens: The tokens.
-        token_file: Their file.
+        token_file: Their file, unless it is read-only.
         fingerprint: SHA-256 fingerprint of the certificate; empty without TLS.
         sessions: The signed-in browsers.
 
@@ -101,13 +163,13 @@ class Gateway:
         runtime.find(settings.arm)
         names = _names(settings)
         self.token_file = settings.token_file or default_path(settings.arm)
-        self.tokens: Tokens = load_tokens(self.token_file)
+        self.tokens = view_token() if settings.read_only else load_tokens(self.token_file)
         certificate, key = _certificate(settings, self.token_file.parent, names)
         self.fingerprint = "" if certificate is None else fingerprint(certificate)
         self.sessions = BrowserSessions()
-        self._listener = _listening(settings)
+        listener = listening(settings.host, settings.port)
         try:
-            port = self._listener.getsockname()[1]
+            port = listener.getsockname()[1]
             own = OwnAddresses(names, port, tls=settings.tls)
             web = WebSettings(
                 settings.arm,
@@ -118,51 +180,24 @@ class Gateway:
                 settings.recordings,
             )
             self.app = make_app(web)
-            self._server = _Server(_config(guarded(self.app, web), certificate, key))
+            super().__init__(listener, guarded(self.app, web), certificate, key)
         except BaseException:
-            self._listener.close()
+            listener.close()
             raise
         shown = f"[{names[0]}]" if ":" in names[0] else names[0]
         self.url = f"{'https' if settings.tls else 'http'}://{shown}:{port}/"
-        self._announcement = Announcement(settings.arm, port, self.url)
-
-    @property
-    def started(self) -> bool:
-        """Whether it answers."""
-        return self._server.started
+        announced = not settings.read_only
+        self._announcement = Announcement(settings.arm, port, self.url) if announced else None
 
     def url_with_token(self, scope: Scope) -> str:
         """Return the address of the page with a token in the fragment, which is never sent."""
         return f"{self.url}#token={self.tokens.of(scope)}"
 
-    def run(self, ended: Callable[[], bool]) -> None:
-        """Serve until ``ended`` returns true.
-
-        Raises:
-            ConfigurationError: The server cannot begin.
-        """
-        asyncio.run(self._serve(ended))
-
     def close(self) -> None:
-        """Give the port free without having served."""
-        self._announcement.close()
-        self._listener.close()
-
-    async def _serve(self, ended: Callable[[], bool]) -> None:
-        async def watch() -> None:
-            while not ended():
-                await asyncio.sleep(_POLL)
-            self._server.should_exit = True
-
-        watching = asyncio.get_running_loop().create_task(watch())
-        try:
-            await self._server.serve(sockets=[self._listener])
-        finally:
-            watching.cancel()
+        """Give the port free, and leave the list; may be called again."""
+        if self._announcement is not None:
             self._announcement.close()
-            self._listener.close()
-        if not self._server.started:
-            raise ConfigurationError("the web server cannot begin; its log says why")
+        super().close()
 
 
 class _Server(uvicorn.Server):
@@ -201,14 +236,14 @@ def _is_error(record: logging.LogRecord) -> bool:
     return record.msg != "ASGI callable returned without completing handshake."
 
 
-def _config(app: object, certificate: Path | None, key: Path | None) -> uvicorn.Config:
+def _config(app: ASGIApp, certificate: Path | None, key: Path | None) -> uvicorn.Config:
     for name in ("uvicorn", "uvicorn.error", "websockets"):
         # At lower levels they write headers, and so secrets, and a line for each bad request.
         logging.getLogger(name).setLevel(logging.ERROR)
     logging.getLogger("uvicorn.error").addFilter(_is_error)
     try:
         config = uvicorn.Config(
-            app,  # type: ignore[arg-type]
+            app,
             http=_TimedHttp,
             ws="websockets-sansio",
             ws_max_size=framing.REQUEST_MAX,
@@ -268,9 +303,18 @@ def _certificate(
     return certificate, key
 
 
-def _listening(settings: GatewaySettings) -> socket.socket:
-    host = require_host_name(settings.host)
-    found = socket.getaddrinfo(host, settings.port, type=socket.SOCK_STREAM)
+def listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens.
+
+    Args:
+        host: Name or address to listen on.
+        port: TCP port; 0 for a free one.
+
+    Raises:
+        ConfigurationError: It cannot be listened on.
+    """
+    host = require_host_name(host)
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     family, kind, protocol, _, address = found[0]
     listener = socket.socket(family, kind | socket.SOCK_CLOEXEC, protocol)
     try:
@@ -284,8 +328,7 @@ def _listening(settings: GatewaySettings) -> socket.socket:
     except OSError as error:
         listener.close()
         raise ConfigurationError(
-            f"{host} port {settings.port} cannot be listened on: {error.strerror}; give another "
-            "--port"
+            f"{host} port {port} cannot be listened on: {error.strerror}; give another --port"
         ) from error
     listener.setblocking(False)
     return listener

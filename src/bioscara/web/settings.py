@@ -28,7 +28,7 @@ class WebSettings:
     tokens: Tokens
     tls: bool
     sessions: BrowserSessions
-    recordings: Path
+    recordings: Path = Path("recordings")
 
     @property
     def cookie(self) -> str:

@@ -139,14 +139,10 @@ def test_an_unreachable_pose_is_shown_but_not_drawn(
     assert not (folder / "a.png").exists()
 
 
-@pytest.mark.parametrize(
-    "command", ["plan --name plate", "move --name plate", "poses show plate", "view --port 0"]
-)
+@pytest.mark.parametrize("command", ["plan --name plate", "move --name plate", "poses show plate"])
 def test_without_matplotlib_every_command_says_what_to_install(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    if command.startswith("view"):
-        pytest.importorskip("viser")
     capsys.readouterr()
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main([*command.split(), "--plot", "a.png"]) == 2

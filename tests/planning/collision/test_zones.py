@@ -15,6 +15,7 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError, Trajectory
 from bioscara.kinematics import Joints
 from bioscara.planning import point_to_point
 from bioscara.planning.collision.arm_bodies import GRIPPER
+from bioscara.planning.collision.margins import GOAL_SLACK, OWN_MARGIN
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.scene_pairs import LINKS
 from bioscara.planning.collision.shapes import Prism
@@ -365,3 +366,25 @@ def test_zones_that_are_not_finite_are_refused(value: float, which: int) -> None
     corners[which] = value
     with pytest.raises(ConfigurationError, match="zone box"):
         Box("box", (*corners[:3],), (*corners[3:],))  # type: ignore[arg-type]
+
+
+@given(SEEDS)
+@settings(max_examples=examples(15))
+def test_the_nearest_pair_has_the_clearance_of_the_scene(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    joints, scene = random_joints(rng), replace(random_scene(rng), margin=OWN_MARGIN)
+    pair = scene.nearest_pair(ARM, joints)
+    assert pair is not None
+    assert pair.distance == pytest.approx(float(scene.clearance(ARM, [joints])[0]))
+
+
+def test_the_distance_of_a_load_to_what_it_may_touch_is_the_true_one() -> None:
+    tool = ARM.tool
+    load = Prism(tool.x, tool.y, 0.01, 0.01, tool.z - 0.05, tool.z)
+    scene = Scene(table_height=0.0).carrying(load, ("table",))
+    lift = 0.0505 - tool.z - ARM.geometry.height
+    pair = scene.nearest_pair(ARM, Joints(0.0, lift, 0.8, 0.0))
+    assert pair is not None
+    assert (pair.link, pair.other) == ("load", "table")
+    assert pair.distance == pytest.approx(0.5e-3)
+    assert pair.margin == pytest.approx(-GOAL_SLACK)

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from bioscara.cli.arguments import parse
+from bioscara.cli.view_source import viewed_from
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
-from bioscara.planning.collision.scene import Scene
 from bioscara.recording.reading.joint_motion import read_motion
-from bioscara.robot import kinematics_of
 from bioscara.rosbag.topics import Topic
 from recording.conftest import Made
 from recording.served_arm import read
@@ -44,15 +43,11 @@ def test_long_recordings_are_thinned(made: Made, monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_viewer_shows_a_recording(made: Made) -> None:
-    pytest.importorskip("viser")
-    from bioscara.cli.view_source import recording_from  # noqa: PLC0415
-
-    parameters = load_parameters()
-    options = parse(["view", str(made.path)])
-    shown = recording_from(options, parameters, Scene(), kinematics_of(parameters))
-    assert shown.at(shown.end) == pytest.approx((0.3, 0.2, 1.0, -0.4), abs=2e-3)
+    shown = viewed_from(parse(["view", str(made.path)]), load_parameters())
+    assert shown.motion is not None
+    assert shown.motion.positions[-1] == pytest.approx((0.3, 0.2, 1.0, -0.4), abs=2e-3)
     assert "until all joints were homed" in shown.notes[0]
-    assert shown.phase(0.5 * shown.end) != ""
+    assert {"unfold()", "move_joints()", ""} <= {name for _, name in shown.phases}
 
 
 def test_a_recording_of_another_arm_or_without_motion_is_refused(

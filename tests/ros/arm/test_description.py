@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from viser.transforms import SO3
+from trimesh.transformations import quaternion_about_axis, quaternion_multiply
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import Urdf
@@ -119,12 +119,15 @@ def test_angles_turn_about_the_fixed_axes_x_then_y_then_z() -> None:
     (still,), (turned,) = frames.at({"a": 0.0}), frames.at({"a": 0.7})
     assert still.translation == turned.translation == (1.0, 2.0, 3.0)
     # Of another implementation, as x, y, z, w.
-    halves = {name: SO3.exp(np.array(axis) * angle) for name, axis, angle in (
-        ("x", (1, 0, 0), 0.3), ("y", (0, 1, 0), -0.4), ("z", (0, 0, 1), 0.5), ("a", (1, 0, 0), 0.7),
-    )}  # fmt: skip
-    placed = halves["z"] @ halves["y"] @ halves["x"]
-    for rotation, wanted in ((still.rotation, placed), (turned.rotation, placed @ halves["a"])):
-        w, *xyz = wanted.wxyz
+    x, y, z, a = (quaternion_about_axis(angle, axis) for axis, angle in (
+        ((1, 0, 0), 0.3), ((0, 1, 0), -0.4), ((0, 0, 1), 0.5), ((1, 0, 0), 0.7),
+    ))  # fmt: skip
+    placed = quaternion_multiply(z, quaternion_multiply(y, x))
+    for rotation, wanted in (
+        (still.rotation, placed),
+        (turned.rotation, quaternion_multiply(placed, a)),
+    ):
+        w, *xyz = wanted
         assert rotation == pytest.approx((*xyz, w))
 
 

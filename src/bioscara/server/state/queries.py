@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from bioscara.api import messages as m
-from bioscara.api.values import fault_value, scene_value, trajectory_value
+from bioscara.api.values import fault_value, trajectory_value
 from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
@@ -17,21 +17,6 @@ from bioscara.spelling import did_you_mean
 
 _RECORD_MAX = 16 << 20
 """Longest flight record that is sent [byte]."""
-
-
-def workspace_state(arm: Arm, revision: int) -> m.WorkspaceState:
-    """Return the workspace of an arm."""
-    space = arm.workspace
-    return m.WorkspaceState(
-        revision=revision,
-        scene=scene_value(space.scene),
-        table=space.table,
-        tool=space.tool,
-        reduced_speed=space.reduced_speed,
-        load=space.load,
-        widths=space.widths,
-        unconfirmed=space.unconfirmed_words(),
-    )
 
 
 def fault_list(arm: Arm) -> m.FaultList:

@@ -24,7 +24,7 @@ _TOKEN = re.compile(r"[0-9a-f]{32,128}")
 
 
 class Tokens:
-    """One token for each scope.
+    """A token for each scope, or for some.
 
     Args:
         tokens: The tokens.
@@ -44,6 +44,11 @@ class Tokens:
             if secrets.compare_digest(wanted, token.encode()):
                 found = scope
         return found
+
+
+def view_token() -> Tokens:
+    """Return a new token of scope ``view`` that no file has, and none of another scope."""
+    return Tokens({Scope.VIEW: secrets.token_hex(_BYTES)})
 
 
 def default_path(arm: str) -> Path:

@@ -10,6 +10,7 @@ import msgspec
 
 from bioscara.api import messages as m
 from bioscara.errors import ProtocolError
+from bioscara.model import ArmParameters
 from bioscara.web.owner.queries import OwnerQueries
 
 _AGE = 1.0
@@ -40,6 +41,10 @@ class OwnerFacts:
             ProtocolError: The owner has another version.
         """
         return await self._recent(m.GetDescription(), m.Description)
+
+    async def parameters(self) -> ArmParameters:
+        """Return the parameters of the arm, at most a second old; raises as above."""
+        return (await self.description()).parameters
 
     async def workspace(self) -> m.WorkspaceState:
         """Return tool, scene and load, at most a second old.

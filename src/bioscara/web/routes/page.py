@@ -16,11 +16,16 @@ VERSION, ASSETS = read_assets()
 """Version of the files of the page, and the files: a page of another version is out of date."""
 
 
-def add(app: FastAPI, arm: str) -> None:
-    """Add the routes, which need no credential: they reveal nothing of the arm."""
+def add_files(app: FastAPI) -> None:
+    """Add the routes of the files, which need no credential: they reveal nothing of the arm."""
     for path, asset in ASSETS.items():
         route = _asset_route(asset)
         app.add_api_route(path, route, response_class=Response, include_in_schema=False)
+
+
+def add(app: FastAPI, arm: str) -> None:
+    """Add the routes, none of which needs a credential."""
+    add_files(app)
 
     @app.get("/healthz", response_class=Response, summary="Whether gateway and owner run.")
     def healthz() -> Response:

@@ -2,64 +2,82 @@
 
 from __future__ import annotations
 
-import importlib.util
-import os
 import re
 import signal
 import subprocess
-import sys
-import threading
-import time
-import urllib.request
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
+import httpx
 import pytest
 
+from bioscara.api.gateway_pages import page_of
 from bioscara.cli import main
+from bioscara.cli.arguments import parse
 from bioscara.cli.options import START
-from bioscara.cli.view_source import look_at
-from bioscara.errors import BusUnavailableError
+from bioscara.cli.view_source import viewed_from
+from bioscara.dashboard.viewed import Viewed
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, write_csv
-from bioscara.planning.collision.scene import Scene
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import header, row
-from bioscara.robot import kinematics_of
-from cli.commands.pictures import expected
 from served import NAME, arm_served
 
 NAMES = ("j1", "j2", "j3", "j4")
 EXAMPLE = Path(__file__).parents[4] / "examples" / "scene.yaml"
-needs_viser = pytest.mark.skipif(
-    importlib.util.find_spec("viser") is None, reason="needs bioscara[view]"
-)
 
 
-def test_without_viser_the_error_names_the_package(
+def viewed(words: str) -> Viewed:
+    """Return what the page is told that ``bioscara view`` with these words opens."""
+    return viewed_from(parse(["view", *words.split()]), load_parameters())
+
+
+def test_without_the_packages_of_the_page_the_error_names_them(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(sys.modules, "viser", None)
-    monkeypatch.delitem(sys.modules, "bioscara.viewer.page", raising=False)
+    monkeypatch.setattr("bioscara.cli.commands.serving.web.find_spec", lambda _: None)
     assert main(["view"]) == 2
     error = capsys.readouterr().err
-    assert "pip install 'bioscara[view]'" in error
+    assert "pip install 'bioscara[web]'" in error
     assert len(error.splitlines()) == 1
 
 
-@needs_viser
 @pytest.mark.realtime
 def test_it_serves_until_it_is_interrupted(start: Callable[..., subprocess.Popen[str]]) -> None:
     view = start("-m", "bioscara", "view", "--port", "0")
     assert view.stdout is not None
-    found = re.match(r"the arm in 3D: (http://127\.0\.0\.1:\d+) .*\n$", view.stdout.readline())
+    line = view.stdout.readline()
+    address = r"the arm in 3D: (http://127\.0\.0\.1:\d+)/viewer\.html#token=(\w+) .*\n$"
+    found = re.match(address, line)
     assert found
-    with urllib.request.urlopen(found[1]) as answer:
-        assert answer.status == 200
+    with httpx.Client(base_url=found[1], headers={"Authorization": f"Bearer {found[2]}"}) as client:
+        assert client.get("/viewer.html").status_code == 200
+        shown = client.get("/api/viewed").json()
+    assert (shown["motion"], shown["live"]) == (None, False)
+    assert shown["positions"] == list(START)
     view.send_signal(signal.SIGINT)
     assert view.wait(timeout=20) == 0
     assert view.stdout.read() == ""
+
+
+@pytest.mark.realtime
+def test_a_served_arm_is_shown_by_a_gateway_that_may_only_look(
+    start: Callable[..., subprocess.Popen[str]],
+) -> None:
+    with arm_served():
+        view = start("-m", "bioscara", "view", f"arm:{NAME}", "--port", "0")
+        assert view.stdout is not None
+        found = re.search(r"(http://127\.0\.0\.1:\d+)/#token=(\w+) ", view.stdout.readline())
+        assert found
+        headers = {"Authorization": f"Bearer {found[2]}"}
+        with httpx.Client(base_url=found[1], headers=headers) as client:
+            assert client.get("/session").json()["scope"] == "view"
+            assert client.get("/api/model").status_code == 200
+            assert client.post("/api/parameters/check", json={}).status_code != 200
+        assert page_of(NAME) is None
+        view.send_signal(signal.SIGINT)
+        assert view.wait(timeout=20) == 0
 
 
 @pytest.mark.parametrize("port", ["-1", "65536", "http"])
@@ -67,84 +85,6 @@ def test_a_wrong_port_is_refused(port: str, capsys: pytest.CaptureFixture[str]) 
     with pytest.raises(SystemExit):
         main(["view", "--port", port])
     assert "is not a port" in capsys.readouterr().err
-
-
-def look(
-    words: list[str],
-    moves: Mapping[str, float],
-    monkeypatch: pytest.MonkeyPatch,
-    ready: Callable[[], bool] = lambda: True,
-) -> tuple[int, dict[str, float]]:
-    """Show the arm, move sliders, and press Ctrl-C; return status and where the sliders began."""
-    from bioscara.viewer import page as module  # noqa: PLC0415
-
-    pages = []
-
-    class Seen(module.Page):
-        @property
-        def url(self) -> str:
-            # Read once the command has taken the positions where the motion begins.
-            pages.append((self, dict(self.positions)))
-            return super().url
-
-    monkeypatch.setattr(module, "Page", Seen)
-
-    def person() -> None:
-        deadline = time.monotonic() + 20.0
-        while not pages or not ready() or signal.getsignal(signal.SIGINT) is before:
-            if time.monotonic() > deadline:
-                return
-            time.sleep(0.01)
-        for joint, position in moves.items():
-            pages[0][0].show({joint: position})
-        os.kill(os.getpid(), signal.SIGINT)
-
-    before = signal.getsignal(signal.SIGINT)
-    thread = threading.Thread(target=person)
-    thread.start()
-    status = main(["view", "--port", "0", *words])
-    thread.join()
-    return status, pages[0][1]
-
-
-@needs_viser
-@pytest.mark.parametrize(
-    ("moves", "scene"),
-    [({"j1": -0.4, "j4": 0.3, "gripper": 0.1}, EXAMPLE), ({}, None)],
-    ids=["moved in a scene", "not moved, alone"],
-)
-def test_the_motion_of_the_sliders_is_drawn(
-    moves: dict[str, float],
-    scene: Path | None,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    pytest.importorskip("matplotlib")
-    picture = tmp_path / "view.png"
-    words = ["--plot", str(picture), *(["--scene", str(scene)] if scene else [])]
-    status, began = look(words, moves, monkeypatch)
-    out, err = capsys.readouterr()
-    assert (status, err) == (0, "")
-    assert out.endswith(f"wrote {picture}\n")
-    names = [joint.name for joint in load_parameters().joints]
-    start = [began[name] for name in names]
-    goal = [{**began, **moves}[name] for name in names]
-    around = read_scene(scene) if scene else None
-    assert picture.read_bytes() == expected(tmp_path, start, goal, "view", around)
-
-
-@needs_viser
-def test_a_motion_of_the_sliders_through_a_zone_is_not_drawn(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("matplotlib")
-    picture = tmp_path / "view.png"
-    words = ["--plot", str(picture), "--scene", str(EXAMPLE)]
-    status, _ = look(words, {"j1": 1.5}, monkeypatch)
-    assert status == 2
-    assert re.search(r"comes too near to plate reader from .* mm inside", capsys.readouterr().err)
-    assert not picture.exists()
 
 
 @pytest.fixture
@@ -179,54 +119,50 @@ def cycle(time: float) -> CycleRecord:
     return CycleRecord(Phase.TRAJECTORY, 7.0 + time, time, 0.004, 0, 0.0, joints)
 
 
-@needs_viser
 @pytest.mark.parametrize(
     ("words", "last", "title"),
     [
         ("good", (0.49, 0.2, 0.9, -0.5), "run good"),
-        ("a.csv", (0.2, 0.12, *START[2:]), "a.csv"),
+        ("a.csv", (0.2, 0.12), "a.csv"),
         ("--joints 0.3 0.1 0.8 -0.4", (0.3, 0.1, 0.8, -0.4), "plan"),
         ("--name plate --from 0 0.2 0.5 0", (0.3, 0.1, 0.8, -0.4), "plan"),
     ],
 )
 @pytest.mark.usefixtures("files")
-def test_a_motion_is_played(
-    words: str,
-    last: tuple[float, ...],
-    title: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    from bioscara.viewer.player import Player  # noqa: PLC0415
-
-    seen = []
-    before = Player.step
-
-    def step(player: Player, now: float) -> None:
-        seen.append(player)
-        before(player, now)
-
-    monkeypatch.setattr(Player, "step", step)
-    capsys.readouterr()
-    status, _ = look(words.split(), {}, monkeypatch, lambda: bool(seen))
-    assert (status, capsys.readouterr().err) == (0, "")
-    recording = seen[0]._recording
-    assert recording.title == title
-    assert recording.at(recording.end) == pytest.approx(last)
+def test_a_motion_is_played(words: str, last: tuple[float, ...], title: str) -> None:
+    shown = viewed(words)
+    assert shown.title == title
+    assert shown.motion is not None
+    assert shown.motion.joint_names == NAMES[: len(last)]
+    assert shown.motion.positions[-1] == pytest.approx(last)
+    assert any(note.startswith("least clearance ") for note in shown.notes)
 
 
-@needs_viser
-def test_a_served_arm_is_shown() -> None:
-    with arm_served() as served:
-        look_at_it = look_at(f"arm:{NAME}")
-        time, joints = look_at_it()
-        assert joints == pytest.approx(served.robot.state.positions, abs=1e-3)
-        assert time <= served.robot.state.time
-    with pytest.raises(BusUnavailableError):
-        look_at_it()
+@pytest.mark.usefixtures("files")
+def test_a_run_has_its_times_and_the_parts_they_belong_to() -> None:
+    shown = viewed("good")
+    assert shown.motion is not None
+    assert shown.motion.times == pytest.approx([0.01 * index for index in range(50)])
+    assert shown.phases == ((0.0, "trajectory"),)
 
 
-@needs_viser
+@pytest.mark.usefixtures("files")
+def test_a_trajectory_of_some_joints_says_which_are_missing() -> None:
+    shown = viewed("a.csv")
+    assert any("where j3, j4 is: shown at a chosen position" in note for note in shown.notes)
+    assert shown.positions == START
+
+
+def test_the_scene_and_the_tool_of_a_plan_are_shown() -> None:
+    shown = viewed(f"--pose 0.45 -0.2 0.25 0 --scene {EXAMPLE}")
+    scene = read_scene(EXAMPLE)
+    assert [each.zone.name for each in shown.workspace.scene.zones] == [
+        zone.name for zone in scene.zones
+    ]
+    assert shown.workspace.scene.table_height == scene.table_height
+    assert shown.workspace.tool.name == "fingers"
+
+
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
@@ -264,8 +200,6 @@ def test_a_source_that_cannot_be_shown_is_refused_in_one_sentence(
     ("words", "complaint"),
     [
         ("good --name plate", "exclude one another"),
-        ("good --plot a.png", "--plot of view draws the motion of the sliders"),
-        ("--name plate --plot a.png", "--plot of view draws the motion of the sliders"),
         ("--linear", "--linear applies to a planned motion; add --pose"),
         ("good --from 0 0.2 0 0", "--from applies to a planned motion"),
         ("a.csv --speed 0.5", "--speed applies to a planned motion"),
@@ -279,18 +213,20 @@ def test_options_that_would_be_ignored_are_refused(
     assert complaint in capsys.readouterr().err
 
 
-@needs_viser
-def test_a_trajectory_that_run_refuses_is_shown_with_the_reason(
-    files: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from bioscara.cli.view_source import of_trajectory  # noqa: PLC0415
+@pytest.mark.usefixtures("files")
+def test_a_trajectory_that_run_refuses_is_shown_with_the_reason() -> None:
+    write_csv("fast.csv", Trajectory(NAMES, [0.0, 0.1], [START, (0.6, 0.2, 1.2, -0.6)]))
+    shown = viewed("fast.csv")
+    assert any("'bioscara run' refuses it: j1 at" in note for note in shown.notes)
+    assert shown.motion is not None
+    assert shown.motion.positions[-1] == pytest.approx((0.6, 0.2, 1.2, -0.6))
 
-    parameters = load_parameters()
-    fast = Trajectory(NAMES, [0.0, 0.1], [START, (0.6, 0.2, 1.2, -0.6)])
-    arm = kinematics_of(parameters)
-    recording = of_trajectory("fast", fast, (), parameters, Scene(), arm)
-    assert any("'bioscara run' refuses it: j1 at" in note for note in recording.notes)
-    assert recording.at(0.1) == pytest.approx((0.6, 0.2, 1.2, -0.6))
+
+@pytest.mark.usefixtures("files")
+def test_a_trajectory_of_another_arm_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    write_csv("other.csv", Trajectory(("j9",), [0.0, 1.0], [[0.0], [0.2]]))
+    assert main(["view", "--port", "0", "other.csv"]) == 2
+    assert "j9 is not a joint of the arm; it has j1, j2, j3, j4" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["poses.yaml", "saved.txt"])
@@ -312,20 +248,13 @@ def test_a_scene_that_is_run_is_recognised(capsys: pytest.CaptureFixture[str]) -
     assert f"give it as --scene {EXAMPLE}" in capsys.readouterr().err
 
 
-@needs_viser
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        ("--scene none.yaml", "none.yaml: No such file"),
-        ("--plot nowhere/a.png", "there is no folder nowhere"),
-    ],
-)
-def test_a_view_that_cannot_be_shown_or_written_is_refused_at_once(
-    words: str, complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pytest.importorskip("matplotlib")
-    assert main(["view", "--port", "0", *words.split()]) == 2
+def test_a_scene_that_cannot_be_read_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", "--port", "0", "--scene", "none.yaml"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert complaint in err
-    assert len(err.splitlines()) == 1
+    assert "none.yaml: No such file" in err
+
+
+def test_the_scene_of_a_served_arm_is_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", "--port", "0", "arm:left", "--scene", str(EXAMPLE)]) == 2
+    assert "arm:left is shown in the scene of its owner" in capsys.readouterr().err

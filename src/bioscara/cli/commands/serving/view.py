@@ -2,119 +2,75 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
-from pathlib import Path
+import socket
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from bioscara.cli.arm_parameters import parameters_from
+from bioscara.cli.commands.serving.web import require_packages
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.output.plots import require_drawing, write_picture
 from bioscara.cli.signals import StopRequest
-from bioscara.cli.target import scene_from
-from bioscara.errors import ConfigurationError
-from bioscara.extras import install
-from bioscara.model import ArmParameters
-from bioscara.planning.collision.scene import Scene
-from bioscara.robot import kinematics_of
-from bioscara.robot.planner import Planner
-from bioscara.robot.workspace.workspace import Workspace
+from bioscara.cli.view_source import SERVED, is_arm, onlooker_of, viewed_from
+from bioscara.errors import ConfigurationError, InvalidArgumentError
+from bioscara.server import log
 
 if TYPE_CHECKING:
-    from bioscara.viewer.live import Live
-    from bioscara.viewer.page import Page
-    from bioscara.viewer.player import Player
-    from bioscara.viewer.sliders import Sliders
-
-_PERIOD = 1.0 / 30.0
-"""Time between two updates of the page [s]."""
+    from bioscara.web.gateway import PageServer
 
 
 def run(options: Options) -> int:
-    """Show the arm in the browser until Ctrl-C, then draw the plot, if requested.
+    """Show the arm in the browser until Ctrl-C.
 
     Raises:
-        ConfigurationError: viser is not installed, or a file cannot be read.
-        InvalidArgumentError: The source cannot be shown, or the motion of the sliders cannot be
-            drawn.
+        ConfigurationError: A package is missing, no port is free, or a file cannot be read.
+        InvalidArgumentError: The source cannot be shown.
         BioscaraError: The motion cannot be planned, or there is no arm to look at.
         OSError: Standard output cannot be written.
     """
-    try:
-        # Imported here: it takes a second to import, and is installed by an extra.
-        import viser  # noqa: F401, PLC0415
-    except ModuleNotFoundError as error:
-        if error.name != "viser":
-            raise
-        raise ConfigurationError(
-            f"the 3D view needs viser, which is not installed: {install('view')}"
-        ) from error
-    require_drawing(options.plot)
-    output, parameters = Output(), parameters_from(options)
+    require_packages()
+    output = Output()
+    log.set_up(as_json=False)
     with StopRequest() as cancelled:
-        page, panel = _opened(options, parameters)
-        start = dict(page.positions)
-        try:
-            output.line(f"the arm in 3D: {page.url} (from this computer only; Ctrl-C ends it)")
-            while not cancelled():
-                panel.step(time.monotonic())
-                time.sleep(_PERIOD)
-        finally:
-            page.close()
-    if options.plot is not None:
-        output.line(_drawn(options.plot, start, page.positions, page.scene, parameters))
+        server, address = _server(options)
+        output.line(f"the arm in 3D: {address} (from this computer only; Ctrl-C ends it)")
+        server.run(cancelled)
     output.check()
     return ExitStatus.OK
 
 
-def _opened(options: Options, parameters: ArmParameters) -> tuple[Page, Sliders | Player | Live]:
-    """Return the page, and the source of its positions.
+def _server(options: Options) -> tuple[PageServer, str]:
+    """Return what serves the page, and its address.
 
     Raises:
         BioscaraError: There is nothing to show, for a reason that the message gives.
     """
-    # Imported here, as viser may be missing.
-    from bioscara.cli.view_source import (  # noqa: PLC0415
-        is_arm,
-        look_at,
-        plan_from,
-        recording_from,
-    )
-    from bioscara.viewer.live import Live  # noqa: PLC0415
-    from bioscara.viewer.page import Page  # noqa: PLC0415
-    from bioscara.viewer.player import Player  # noqa: PLC0415
-    from bioscara.viewer.sliders import Sliders  # noqa: PLC0415
+    # Imported here: installed by an extra.
+    from bioscara.robot.tasks.scope import Scope  # noqa: PLC0415
+    from bioscara.web.gateway import LOOPBACK, Gateway, GatewaySettings  # noqa: PLC0415
+    from bioscara.web.viewer import ViewServer  # noqa: PLC0415
 
-    scene = Workspace.of(parameters).with_scene(scene_from(options)).surroundings
-    arm = kinematics_of(parameters)
-    if options.has_target():
-        recording, arm = plan_from(options, parameters)
-    elif options.source is None:
-        page = Page(options.port, scene, arm, parameters)
-        return page, Sliders(page)
-    elif is_arm(options.source):
-        look = look_at(options.source)
-        page = Page(options.port, scene, arm, parameters)
-        return page, Live(page, options.source, look)
-    else:
-        recording = recording_from(options, parameters, scene, arm)
-    page = Page(options.port, scene, arm, parameters)
-    return page, Player(page, recording)
+    source, port = options.source, _first_free(LOOPBACK, options.port)
+    if source is not None and source.startswith(SERVED):
+        if options.scene is not None:
+            raise InvalidArgumentError(
+                f"--scene: {source} is shown in the scene of its owner; leave it out"
+            )
+        name = source.removeprefix(SERVED)
+        gateway = Gateway(GatewaySettings(name, port=port, read_only=True))
+        return gateway, gateway.url_with_token(Scope.VIEW)
+    look = onlooker_of(source).look if source is not None and is_arm(source) else None
+    server = ViewServer(port, viewed_from(options, parameters_from(options)), look)
+    return server, server.url
 
 
-def _drawn(
-    path: Path,
-    start: Mapping[str, float],
-    goal: Mapping[str, float],
-    scene: Scene,
-    parameters: ArmParameters,
-) -> str:
-    """Draw the motion between two slider positions; return a message that names the file.
-
-    Raises:
-        InvalidArgumentError: The path is not free, or the file cannot be written.
-    """
-    here, there = ([places[joint.name] for joint in parameters.joints] for places in (start, goal))
-    planner = Planner(Workspace.of(parameters).with_scene(scene), lambda: here)
-    return write_picture(path, planner.move_joints(there), planner, parameters, "view")
+def _first_free(host: str, port: int) -> int:
+    """Return the first free port from ``port`` on."""
+    for candidate in range(port, 2**16):
+        with socket.socket() as probe:
+            # As servers do: a port that the last page left in TIME_WAIT counts as free.
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            with suppress(OSError):
+                probe.bind((host, candidate))
+                return candidate
+    raise ConfigurationError(f"no port from {port} on is free; choose a lower one")

@@ -48,6 +48,8 @@ export class App {
     this.preview = null;
     /** @type {(() => void)[]} */
     this.previewListeners = [];
+    /** Where the gateway says the clearance. @type {(sample: import("../messages.d.ts").StateSample) => string} */
+    this.clearancePath = () => "api/clearance";
   }
 
   /**
@@ -159,7 +161,7 @@ export class App {
   seekPreview(time) {
     if (!this.preview) return;
     const { times } = this.preview.trajectory;
-    this.preview.time = Math.min(Math.max(time, 0), times[times.length - 1] ?? 0);
+    this.preview.time = Math.min(Math.max(time, Math.min(times[0] ?? 0, 0)), times[times.length - 1] ?? 0);
     for (const listener of this.previewListeners) listener();
   }
 }
@@ -172,5 +174,6 @@ export class App {
  * @property {(() => Promise<unknown>) | null} execute Begins it; null if it can only be looked at.
  * @property {number} time Time in it that the view shows [s].
  * @property {string[]} [notes] Notes for the person.
+ * @property {[number, string][]} [phases] Begin of each of its parts [s], and the part's name.
  * @property {string} [source] Part of the page that shows it.
  */

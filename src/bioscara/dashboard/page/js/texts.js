@@ -17,7 +17,7 @@ const TEXTS = {
   "gateway.versions": "The page is of version {page}, the server of {server}.",
 
   "error.no_lease": "take control first",
-  "error.no_token": "Not signed in. Open the address that “bioscara web” or “bioscara serve --with web” printed.",
+  "error.no_token": "Not signed in. Open the address that “bioscara web”, “bioscara view” or “bioscara serve --with web” printed.",
 
   "stop.button": "STOP",
   "stop.description": "Stops all motion. It is not an emergency stop. Key: Escape.",
@@ -171,6 +171,8 @@ const TEXTS = {
   "view.plan_lin": "Plan, line",
   "view.plan_time": "Time in the plan",
   "view.plan_clock": "{time} of {duration} s",
+  "view.rate": "Speed of playing",
+  "view.rate_of": "{rate}×",
   "view.play": "Play",
   "view.pause": "Pause",
   "view.execute": "Execute",
@@ -767,6 +769,14 @@ const TEXTS = {
   "bench.expect_bus_stuck": "No exchange is possible: BUS_STUCK, the only fault. The joints get no setpoint, begin to stop by themselves after 60 ms, and hold. Recover is refused until the line is free; the joints are then still homed.",
 
   // Start page.
+  "viewer.footer": "This page only shows: nothing moves.",
+  "viewer.joints": "Joints",
+  "viewer.joint": "{name} [{unit}]",
+  "viewer.free": "{lower} to {upper}",
+  "viewer.near": "{lower} to {upper}: {room} from the limit",
+  "viewer.beyond": "{lower} to {upper}: beyond the limit",
+  "viewer.waits": "{problem}. This page waits for it.",
+
   "arms.title": "Arms of this computer",
   "arms.none": "No arm is served on this computer. “bioscara serve” in a terminal serves one, simulated or real.",
   "arms.link": "All arms",

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import gzip
+from collections.abc import Awaitable, Callable
 from http import HTTPStatus
 
 from fastapi import FastAPI, Request, Response
 
 from bioscara.dashboard.model import ArmModel, meshes, model_of
-from bioscara.web.owner.facts import OwnerFacts
+from bioscara.model import ArmParameters
 from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import HttpError, Viewer, answers, json
 
 
-def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
-    """Add the routes."""
+def add(app: FastAPI, parameters: Callable[[], Awaitable[ArmParameters]], work: Work) -> None:
+    """Add the routes; the first asks for the parameters of the arm."""
     files = meshes()
     compressed = {name: gzip.compress(content) for name, content in files.items()}
 
@@ -25,8 +26,7 @@ def add(app: FastAPI, facts: OwnerFacts, work: Work) -> None:
         responses=answers(ArmModel),
     )
     async def model(_: Viewer) -> Response:
-        description = await facts.description()
-        return json(await work.do(model_of, description.parameters))
+        return json(await work.do(model_of, await parameters()))
 
     @app.get(
         "/api/meshes/{name}",

@@ -150,7 +150,7 @@ export function rowsOf(trajectory) {
   const curve = new TrajectoryCurve(trajectory);
   const { joint_names: names } = trajectory;
   const count = Math.max(2, Math.min(POINTS, 40 * trajectory.times.length));
-  const times = Array.from({ length: count }, (_, index) => (curve.duration * index) / (count - 1));
+  const times = Array.from({ length: count }, (_, index) => curve.begin + ((curve.duration - curve.begin) * index) / (count - 1));
   const positions = times.map((time) => { const at = curve.at(time); return names.map((name) => at[name]); });
   const last = count - 1;
   const velocities = times.map((_, index) => {

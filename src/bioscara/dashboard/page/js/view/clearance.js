@@ -82,7 +82,7 @@ export class ClearanceReadout {
     this.next = performance.now() + PERIOD;
     this.asked = sample.positions;
     try {
-      const answer = await fetch("api/clearance");
+      const answer = await fetch(this.app.clearancePath(sample));
       const found = answer.ok ? withLevel(await answer.json()) : null;
       // Of the scene of before.
       if (revision === this.revision) this.#take(found);

@@ -7,8 +7,9 @@ import { button, h, PHONE, setText, setValues } from "../dom.js";
 import { text } from "../texts.js";
 import { PlanGuard } from "./plan_guard.js";
 
-/** Step of the slider [s]. */
+/** Step of the slider [s], and speeds of the player, as shares of that of the motion. */
 const STEP = 0.01;
+const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 /** The strip. */
 export class PlanStrip {
@@ -25,6 +26,8 @@ export class PlanStrip {
     this.playing = false;
     this.title = h("strong", { class: "plan-title" });
     this.play = button(text("view.play"), () => (this.playing ? this.#pause() : this.#begin()), { class: "plan-play" });
+    this.rate = h("select", { "aria-label": text("view.rate") }, ...RATES.map((rate) =>
+      h("option", { value: rate, text: text("view.rate_of", { rate }), selected: rate === 1 })));
     this.slider = h("input", { type: "range", min: 0, step: STEP, "aria-label": text("view.plan_time") });
     this.slider.addEventListener("input", () => { this.#pause(); this.app.seekPreview(this.slider.valueAsNumber); });
     this.time = h("span", { class: "number plan-clock" });
@@ -34,7 +37,7 @@ export class PlanStrip {
     this.notes = h("ul", { class: "plan-notes dim" });
     this.element = h(
       "section", { class: "view-plan card", "aria-label": text("view.plan"), hidden: true },
-      h("div", { class: "plan-row" }, this.title, this.play, this.slider, this.time, this.execute, this.discard),
+      h("div", { class: "plan-row" }, this.title, this.play, this.rate, this.slider, this.time, this.execute, this.discard),
       this.status, this.notes,
     );
     app.previewListeners.push(() => this.#take());
@@ -56,9 +59,11 @@ export class PlanStrip {
       this.element.hidden = preview === null;
       if (preview) {
         setText(this.title, preview.title);
+        this.slider.min = String(this.#begins);
         this.slider.max = String(this.#duration);
         this.notes.replaceChildren(...(preview.notes ?? []).map((note) => h("li", { text: note })));
         this.execute.hidden = preview.execute === null;
+        this.discard.hidden = preview.source === "viewer";
         this.uncoverPicture();
       }
     }
@@ -72,6 +77,10 @@ export class PlanStrip {
     requestAnimationFrame(() => this.element.parentElement?.scrollIntoView({ block: "end" }));
   }
 
+  get #begins() {
+    return Math.min(this.preview?.trajectory.times[0] ?? 0, 0);
+  }
+
   get #duration() {
     const times = this.preview?.trajectory.times ?? [];
     return times[times.length - 1] ?? 0;
@@ -80,7 +89,8 @@ export class PlanStrip {
   #update() {
     const { preview } = this;
     if (!preview) return;
-    const shown = text("view.plan_clock", { time: preview.time.toFixed(2), duration: this.#duration.toFixed(2) });
+    const part = preview.phases?.findLast(([begin]) => begin <= preview.time)?.[1] ?? "";
+    const shown = text("view.plan_clock", { time: preview.time.toFixed(2), duration: this.#duration.toFixed(2) }) + (part && `, ${part}`);
     if (this.time.textContent !== shown) {
       setText(this.time, shown);
       this.slider.value = String(preview.time);
@@ -137,14 +147,14 @@ export class PlanStrip {
 
   #begin() {
     if (!this.preview) return;
-    if (this.preview.time >= this.#duration) this.app.seekPreview(0);
+    if (this.preview.time >= this.#duration) this.app.seekPreview(this.#begins);
     this.playing = true;
     setText(this.play, text("view.pause"));
     let last = performance.now();
     const step = () => {
       if (!this.playing || !this.preview) return;
       const now = performance.now();
-      const time = Math.min(this.preview.time + (now - last) / 1000, this.#duration);
+      const time = Math.min(this.preview.time + (Number(this.rate.value) * (now - last)) / 1000, this.#duration);
       last = now;
       this.app.seekPreview(time);
       if (time >= this.#duration) this.#pause();

@@ -31,8 +31,7 @@ const LAYERS = ["frames", "zones", "margins", "trace", "labels"];
  * @param {ViewCommands} commands What they do.
  * @param {Set<Layer>} layers What is shown at first.
  * @param {boolean} solid Whether there is a camera, which the flat view has not.
- * @returns {{element: HTMLElement, setTarget: (shown: boolean) => void}} The buttons, and a function that shows
- *   whether the target is shown.
+ * @returns {{element: HTMLElement, target: HTMLButtonElement}} The buttons, and that of the target.
  */
 export function buildToolbar(commands, layers, solid) {
   const target = button(text("view.target"), () => commands.target(target.getAttribute("aria-pressed") !== "true"), {
@@ -56,7 +55,7 @@ export function buildToolbar(commands, layers, solid) {
     })),
     target,
   );
-  return { element, setTarget: (shown) => target.setAttribute("aria-pressed", String(shown)) };
+  return { element, target };
 }
 
 /**

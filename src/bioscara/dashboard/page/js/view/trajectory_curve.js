@@ -4,13 +4,16 @@
 /** @import { Kinematics } from "./kinematics.js" */
 
 /** Largest number of points of a drawn path. */
-const PATH_POINTS = 400;
+export const PATH_POINTS = 3000;
 
 /** The curve of a trajectory; before its first point and after its last one it rests. */
 export class TrajectoryCurve {
   /** @param {TrajectoryValue} value The trajectory. */
   constructor(value) {
     this.value = value;
+    /** Time at which it begins: 0, or before that of a measured one [s]. */
+    this.begin = Math.min(value.times[0] ?? 0, 0);
+    /** Time at which it ends [s]. */
     this.duration = value.times[value.times.length - 1] ?? 0;
     /** Positions at the time that was asked for last. @type {Record<string, number | null>} */
     this.positions = {};
@@ -81,10 +84,10 @@ export class TrajectoryCurve {
    */
   path(kinematics, tool) {
     const room = kinematics.room();
-    const count = Math.min(PATH_POINTS, Math.max(2, 2 * this.value.times.length, Math.ceil(25 * this.duration)));
+    const count = Math.min(PATH_POINTS, Math.max(2, 2 * this.value.times.length, Math.ceil(25 * (this.duration - this.begin))));
     const points = new Float32Array(3 * count);
     for (let point = 0; point < count; point += 1) {
-      kinematics.place(this.at((this.duration * point) / (count - 1)), room);
+      kinematics.place(this.at(this.begin + ((this.duration - this.begin) * point) / (count - 1)), room);
       points.set(kinematics.toolPose(room, tool).slice(0, 3), 3 * point);
     }
     return points;

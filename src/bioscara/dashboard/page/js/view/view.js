@@ -33,8 +33,9 @@ const SHIFTED = { ArrowLeft: "pan-left", ArrowRight: "pan-right", ArrowUp: "pan-
  * Build the view.
  *
  * @param {App} app The page.
+ * @param {{target?: boolean, trace?: boolean}} [parts] Whether it has the target of the tool, and shows its trace at first.
  */
-export function buildView(app) {
+export function buildView(app, { target = true, trace = true } = {}) {
   const strip = new PlanStrip(app);
   const loading = h("p", { class: "view-canvas view-loading dim", role: "status", text: text("view.loading") });
   const host = h("div", { class: "view-body" }, loading);
@@ -44,7 +45,8 @@ export function buildView(app) {
     const kinematics = new Kinematics(await fetchModel(), app.arm.joints.map((joint) => joint.name));
     const backend = await makeBackend(kinematics);
     loading.remove();
-    new View(app, kinematics, backend, host, strip.element);
+    const view = new View(app, kinematics, backend, host, strip.element, trace);
+    view.toolbar.target.hidden = !target;
     strip.uncoverPicture();
     return true;
   };
@@ -111,12 +113,14 @@ class View {
    * @param {Backend} backend Where it is drawn.
    * @param {HTMLElement} host Element of the view.
    * @param {HTMLElement} strip Element of the plan, before which a refusal stands.
+   * @param {boolean} trace Whether the trace of the tool is shown at first.
    */
-  constructor(app, kinematics, { drawing, calls }, host, strip) {
+  constructor(app, kinematics, { drawing, calls }, host, strip, trace) {
     this.app = app;
     this.drawing = drawing;
     this.solid = !(drawing instanceof FlatView);
     this.picture = new Picture(app, kinematics);
+    if (!trace) this.picture.layers.delete("trace");
     this.target = new Target(app);
     this.scheduler = new Scheduler(drawing.host, () => this.#draw());
     this.clearance = new ClearanceReadout(app, () => this.scheduler.seen, (found) => {
@@ -202,7 +206,7 @@ class View {
   }
 
   #targeted() {
-    this.toolbar.setTarget(this.target.shown);
+    this.toolbar.target.setAttribute("aria-pressed", String(this.target.shown));
     this.picture.target = this.target.pose;
     this.picture.collision = this.target.refusal?.names ?? [];
     this.scheduler.request();

@@ -7,6 +7,7 @@ import {
   BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Line, LineBasicMaterial, Mesh, MeshBasicMaterial, SphereGeometry,
 } from "../../../vendor/three.js";
 import { TRACE_POINTS } from "../trace.js";
+import { PATH_POINTS } from "../trajectory_curve.js";
 
 /** Radius of the balls that mark the nearest pair [m]. */
 const BALL = 0.006;
@@ -16,7 +17,7 @@ export class Tracks {
   constructor() {
     this.group = new Group();
     this.trace = line(TRACE_POINTS);
-    this.path = line(512);
+    this.path = line(PATH_POINTS);
     this.pair = line(2);
     const ball = new SphereGeometry(BALL, 12, 8);
     this.pairMaterial = new MeshBasicMaterial({ depthTest: false, transparent: true });
