@@ -7,19 +7,14 @@ All pictures of the dashboard, with each tab and state at three sizes, land in `
 
 from __future__ import annotations
 
-import base64
-import json
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
-from typing import Any
-from urllib.request import urlopen
 
 from PIL import Image
-from websockets.sync.client import ClientConnection, connect
+from playwright.sync_api import sync_playwright
 
 from bioscara.cli import main
 from tools.page_pictures import make_page_pictures
@@ -39,11 +34,8 @@ zones:
     upper: [0.26, 0.6, 0.22]
     yaw: 0.2
 """
-VIEW_PORT, BROWSER_PORT = 18097, 18098
-PATIENCE = 30.0
-"""Longest time that view and browser take to start [s]."""
-DRAWING = 20.0
-"""Time in which the page is drawn without a graphics processor [s]."""
+DRAWING = 3000
+"""Time in which the page is drawn without a graphics processor [ms]."""
 
 
 def make_plots(folder: Path) -> None:
@@ -58,66 +50,26 @@ def make_view(folder: Path) -> None:
     """Write ``view.png``, the page of ``bioscara view`` with a plan."""
     scene = folder / "scene.yaml"
     scene.write_text(SCENE)
-    words = ["view", "--pose", *POSE, "--scene", str(scene), "--port", str(VIEW_PORT)]
-    view = subprocess.Popen([sys.executable, "-m", "bioscara", *words])  # noqa: S603  our own
-    try:
-        _wait(f"http://127.0.0.1:{VIEW_PORT}")
-        _photograph(folder, IMAGES / "view.png")
-    finally:
-        view.terminate()
-        view.wait()
-
-
-def _photograph(folder: Path, path: Path) -> None:
-    program = shutil.which("chromium")
-    if program is None:
-        raise SystemExit("the picture of the view needs Chromium: apt install chromium")
-    options = [
-        "--headless=new",
-        "--no-sandbox",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--window-size=1400,900",
-        f"--remote-debugging-port={BROWSER_PORT}",
-        f"--user-data-dir={folder / 'profile'}",
-    ]
-    browser = subprocess.Popen(  # noqa: S603  the options above
-        [program, *options, f"http://127.0.0.1:{VIEW_PORT}"], stderr=subprocess.DEVNULL
-    )
-    try:
-        pages = json.loads(_wait(f"http://127.0.0.1:{BROWSER_PORT}/json/list"))
-        (page,) = [page for page in pages if page["type"] == "page"]
-        time.sleep(DRAWING)
-        with connect(page["webSocketDebuggerUrl"], max_size=None) as connection:
-            hide = "document.querySelectorAll('.mantine-Notification-closeButton')"
-            _call(connection, "Runtime.evaluate", expression=f"{hide}.forEach(b => b.click())")
-            time.sleep(2.0)
-            shown = _call(connection, "Page.captureScreenshot")
+    words = ["view", "--pose", *POSE, "--scene", str(scene), "--port", "0"]
+    with (
+        subprocess.Popen(  # noqa: S603  our own
+            [sys.executable, "-m", "bioscara", *words], stdout=subprocess.PIPE, text=True
+        ) as view,
+        sync_playwright() as playwright,
+    ):
+        assert view.stdout is not None  # noqa: S101  as above
+        address = view.stdout.readline().partition(": ")[2].partition(" ")[0]
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.goto(address)
+        page.wait_for_timeout(DRAWING)
+        page.evaluate("bioscara.seekPreview(1.7)")
+        page.wait_for_timeout(DRAWING)
         raw = folder / "view.png"
-        raw.write_bytes(base64.b64decode(shown["data"]))
-        Image.open(raw).convert("RGB").quantize(256).save(path, optimize=True)
-    finally:
-        browser.terminate()
-        browser.wait()
-
-
-def _call(connection: ClientConnection, method: str, **parameters: object) -> Any:
-    connection.send(json.dumps({"id": 1, "method": method, "params": parameters}))
-    while (answer := json.loads(connection.recv(timeout=PATIENCE))).get("id") != 1:
-        pass
-    return answer["result"]
-
-
-def _wait(address: str) -> bytes:
-    end = time.monotonic() + PATIENCE
-    while True:
-        try:
-            with urlopen(address) as answer:  # noqa: S310  of this computer
-                return bytes(answer.read())
-        except OSError:
-            if time.monotonic() > end:
-                raise
-            time.sleep(0.5)
+        page.screenshot(path=raw)
+        browser.close()
+        view.terminate()
+    Image.open(raw).convert("RGB").quantize(256).save(IMAGES / "view.png", optimize=True)
 
 
 if __name__ == "__main__":
