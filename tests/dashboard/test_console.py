@@ -46,7 +46,7 @@ def teach(page: Page, _: Site) -> None:
     head, end = b"schema: 1\ntool: fingers\nsteps: ", b"\n...\n"
     for content in (b"\xff\xfe", head + b"3" + end, head + b"[{kind: wait, seconds: -1}]" + end):
         upload(page, places, "wrong.yaml", content)
-    expect(page.locator("#messages")).to_contain_text("-1 is outside")
+    expect(page.locator("#messages")).to_contain_text("-1 s is outside")
     page.get_by_role("button", name="Add", exact=True).click()
     field = page.locator(".step-fields input").first
     field.fill("9000")

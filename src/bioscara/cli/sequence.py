@@ -17,11 +17,10 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.planner import Planner
-from bioscara.robot.sequences.calls import calls
 from bioscara.robot.sequences.dry_run import Verdict, dry_run
 from bioscara.robot.sequences.running import run_sequence
 from bioscara.robot.sequences.sequence_file import read_sequence
-from bioscara.robot.sequences.steps import StepSequence, require_tool
+from bioscara.robot.sequences.steps import StepSequence, require_names
 
 
 def run(options: Options) -> ExitStatus:
@@ -54,7 +53,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
     wanted = None
     if options.arm is None:
         wanted = _planner(options, parameters)
-        _check(sequence, wanted)
+        require_names(sequence, wanted)
     with (
         opened_arm(options, parameters, output) as (robot, cancelled),
         motion_keys(output) as keyboard,
@@ -64,7 +63,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
             robot.table, robot.scene, robot.tool = space.table, space.scene, space.tool
         else:
             _arrange_owned(robot, options)
-            _check(sequence, robot.plan)
+            require_names(sequence, robot.plan)
         output.line(f"sequence: {sequence.title or options.file}, {len(sequence.steps)} steps")
 
         def move(progress: Progress) -> None:
@@ -73,7 +72,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
             run_sequence(
                 robot,
                 sequence,
-                on_step=lambda call: progress.phase(f"step {call.label} of {len(sequence.steps)}"),
+                on_step=lambda run: progress.phase(f"step {run.label} of {len(sequence.steps)}"),
                 on_cycle=progress.cycle,
                 cancelled=cancelled,
             )
@@ -93,13 +92,6 @@ def _planner(options: Options, parameters: ArmParameters) -> Planner:
     planner = planner_from(options, parameters)
     planner.workspace = lookup(options, planner.workspace.with_tool, options.tool)
     return planner
-
-
-def _check(sequence: StepSequence, planner: Planner) -> None:
-    """Refuse another tool, and names that the table does not have, before anything moves."""
-    require_tool(sequence, planner.workspace.tool.name)
-    for _ in calls(sequence, planner.workspace):
-        pass
 
 
 def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatus:
@@ -133,6 +125,6 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
 def _rows(verdicts: list[Verdict]) -> Iterator[tuple[str, str]]:
     yield "step", "duration"
     for verdict in verdicts:
-        yield verdict.call.label, "refused" if verdict.error else f"{verdict.duration:.2f} s"
+        yield verdict.run.label, "refused" if verdict.error else f"{verdict.duration:.2f} s"
     if verdicts[-1].error is None:
         yield "total", f"{sum(verdict.duration for verdict in verdicts):.2f} s"
