@@ -28,7 +28,7 @@ from bioscara.cli.opened_arm import (
 from bioscara.cli.options import FINGERS, Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.output.live_view import make_view
+from bioscara.cli.output.display import make_view
 from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
