@@ -272,7 +272,7 @@ def _check_view(parser: Parser, options: Options) -> None:
         "--tool": options.tool != FINGERS,
         "--linear": options.linear,
         "--via": options.via is not None,
-        "--speed": options.speed != 1.0,
+        "--velocity-scaling": options.velocity_scaling != 1.0,
         "--full-speed": options.full_speed,
     }
     for word, is_given in given.items():
@@ -478,7 +478,7 @@ def _add_serve_command(commands: Parser) -> None:
     )
     _add_rate(serve)
     serve.add_argument(
-        "--speed",
+        "--real-time-factor",
         metavar="N",
         type=number,
         default=1.0,
@@ -721,7 +721,7 @@ def _add_record_command(commands: Parser) -> None:
         "--name", metavar="NAME", default="replay", help="name of the served arm (default replay)"
     )
     replay.add_argument(
-        "--speed",
+        "--real-time-factor",
         metavar="FACTOR",
         type=number,
         default=1.0,
@@ -1065,7 +1065,7 @@ def _add_motion_target(parser: Parser, *, required: bool) -> None:
         help="move the tool along the arc through this point [m]",
     )
     parser.add_argument(
-        "--speed",
+        "--velocity-scaling",
         metavar="SHARE",
         type=number,
         default=1.0,

@@ -47,7 +47,8 @@ class Options(argparse.Namespace):
         scene: File with the zones and the table around the arm.
         linear: Whether the tool moves along a line.
         via: A point on the tool's arc [m].
-        speed: Share of the speed limits to use; of a replay, its factor to real time.
+        velocity_scaling: Share of the speed limits to use.
+        real_time_factor: How many times as fast as real time an arm or a recording is.
         csv: File for the planned trajectory, or folder for the tables of a recording.
         parquet: Folder for the tables of a recording as Parquet files.
         plot: File for the plot of the motion; None for no plot.
@@ -122,7 +123,8 @@ class Options(argparse.Namespace):
     scene: Path | None
     linear: bool
     via: list[float] | None
-    speed: float
+    velocity_scaling: float
+    real_time_factor: float
     csv: Path | None
     parquet: Path | None
     plot: Path | None

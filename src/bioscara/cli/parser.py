@@ -15,6 +15,8 @@ from bioscara.spelling import did_you_mean
 
 _GATEWAYS = ("web", "record", "ros")
 """Commands that an owner can start."""
+_RENAMED = {"--speed": ("velocity-scaling", "real-time-factor")}
+"""Options that had another name, a factor of two kinds."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -115,6 +117,7 @@ class Parser(argparse.ArgumentParser):
     def _refuse_option(self, word: str) -> NoReturn:
         known = [name[2:] for name in self._option_string_actions if name.startswith("--")]
         near = did_you_mean(word.lstrip("-"), known)
+        near = next((f"write --{new}" for new in _RENAMED.get(word, ()) if new in known), near)
         others = "its options are " + " ".join(f"--{name}" for name in known if name != "help")
         hint = near.replace("mean ", "mean --") or others
         self.error(f"{self._name} has no option {word}; {hint}")

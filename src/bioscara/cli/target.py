@@ -78,7 +78,7 @@ def plan_target(planner: Planner, options: Options) -> Plan:
     Raises:
         UnreachableError, TrajectoryError, ZoneError: The arm cannot move to the target.
     """
-    share = options.speed
+    share = options.velocity_scaling
     if options.name:
         return planner.move_named(options.name, velocity_scaling=share)
     if options.joints is not None:
@@ -144,7 +144,7 @@ def check_target(planner: Planner, options: Options) -> None:
 
 
 def _check_options(options: Options) -> None:
-    check_share(options.speed)
+    check_share(options.velocity_scaling, "--velocity-scaling")
     if options.pose is None and (options.linear or options.via is not None):
         raise InvalidArgumentError("--linear and --via need a --pose to go to")
     if options.linear and options.via is not None:

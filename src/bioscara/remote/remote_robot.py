@@ -197,7 +197,7 @@ class RemoteRobot:
         """
         if priority is not None or speed != 1.0:
             raise NotSupportedError(
-                "priority and speed are the owner's: bioscara serve --priority, --speed"
+                "priority and speed are the owner's: bioscara serve --priority, --real-time-factor"
             )
 
     def require_heard(self) -> None:

@@ -72,7 +72,7 @@ def _recover(options: Options, output: Output) -> ExitStatus:
 
 
 def _replay(options: Options, output: Output) -> ExitStatus:
-    arm = ReplayedArm(options.file, options.name, options.speed)
+    arm = ReplayedArm(options.file, options.name, options.real_time_factor)
     claim = OwnerClaim(options.name, f"recording {options.file.name}")
 
     def ready() -> None:

@@ -69,10 +69,12 @@ def run(options: Options) -> int:
         group=options.group,
         gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,
-        speed=options.speed,
+        speed=options.real_time_factor,
     )
-    if options.speed != 1.0 and options.bus != "sim":
-        raise InvalidArgumentError("--speed applies only to the arm simulated in this process")
+    if options.real_time_factor != 1.0 and options.bus != "sim":
+        raise InvalidArgumentError(
+            "--real-time-factor applies only to the arm simulated in this process"
+        )
     log.set_up(as_json=options.json)
     claim = OwnerClaim(settings.name, settings.bus)
 
