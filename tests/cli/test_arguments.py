@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from bioscara import __version__
 from bioscara.cli import main
-from bioscara.cli.arguments import parse
 from bioscara.cli.output.angles import DEGREES, RADIANS
+from bioscara.cli.parser import parse
 from bioscara.kinematics import Joints, Pose
 from processes import environment
 
@@ -186,7 +186,7 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys\n"
-        "from bioscara.cli.arguments import parse\n"
+        "from bioscara.cli.parser import parse\n"
         "try: parse(['run', '--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numpy', 'rich', 'ruamel', 'matplotlib', 'yaml', 'asyncio', 'pydantic'}\n"

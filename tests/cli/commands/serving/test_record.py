@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 from bioscara.rosbag.recording_file import RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 from processes import environment
 
 

@@ -2,29 +2,44 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.options import Options
-from bioscara.cli.output.angles import angle_unit
-from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
-from bioscara.cli.target import describe, plan_target, target_planner
+from bioscara.cli.arm_arguments import add_parameters
+from bioscara.cli.motion_arguments import (
+    add_degrees,
+    add_full_speed,
+    add_planned_files,
+    add_start,
+    add_target,
+)
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    """Add the arguments of the command."""
+    add_parameters(parser)
+    add_start(parser, "joint positions at the start")
+    add_target(parser)
+    add_planned_files(parser)
+    add_full_speed(parser)
+    add_degrees(parser)
+
+
+def run(options: Options, output: Output) -> None:
     """Plan a motion and describe it; no arm is needed and nothing moves.
 
     Raises:
         BioscaraError: The motion cannot be planned.
     """
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.output.angles import angle_unit
+    from bioscara.cli.output.plots import require_files, write_files
+    from bioscara.cli.target import describe, plan_target, target_planner
+
     require_files(options)
-    parameters, output = parameters_from(options), Output()
+    parameters = parameters_from(options)
     planner = target_planner(options, parameters)
     plan = plan_target(planner, options)
     for line in describe(plan, planner.kinematics, angle_unit(options)):
         output.line(line)
-    if options.csv is not None:
-        output.line(write_trajectory(options.csv, plan.trajectory))
-    if options.plot is not None:
-        output.line(write_picture(options.plot, plan, planner, parameters, "plan"))
-    output.check()
-    return ExitStatus.OK
+    for line in write_files(options, plan, planner, parameters):
+        output.line(line)

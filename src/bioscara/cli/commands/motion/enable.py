@@ -1,28 +1,38 @@
-"""``bioscara enable`` and ``bioscara disable``; nothing moves."""
+"""``bioscara enable``; nothing moves."""
 
 from __future__ import annotations
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.opened_arm import acknowledge_faults, open_arm, remedy, require_acknowledgement
-from bioscara.cli.options import Options
+from bioscara.cli.arm_arguments import add_acknowledge, add_bus, add_parameters
+from bioscara.cli.motion_arguments import add_degrees
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.signals import StopRequest
-from bioscara.cli.terminal.live_state import show_live
+from bioscara.cli.parser import Options, Parser
 
 
-def run(options: Options) -> int:
-    """Hold the joints enabled until Ctrl-C, or bring them to rest and disable them.
+def arguments(parser: Parser) -> None:
+    """Add the arguments of the command."""
+    add_parameters(parser)
+    add_bus(parser, lasting=True)
+    add_acknowledge(parser)
+    add_degrees(parser)
+
+
+def run(options: Options, output: Output) -> ExitStatus:
+    """Hold the joints enabled until Ctrl-C; those of a served arm until they are disabled.
 
     Raises:
         FaultedError: A fault stopped the arm before, and is not acknowledged.
         BioscaraError: The arm cannot be used.
-        OSError: Standard output cannot be written.
     """
-    return _enable(options) if options.command == "enable" else _disable(options)
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.opened_arm import (
+        acknowledge_faults,
+        open_arm,
+        remedy,
+        require_acknowledgement,
+    )
+    from bioscara.cli.signals import StopRequest
+    from bioscara.cli.terminal.live_state import show_live
 
-
-def _enable(options: Options) -> ExitStatus:
-    output = Output()
     with StopRequest() as cancelled, open_arm(options, parameters_from(options)) as robot:
         output.line(f"arm: {robot.description}")
         require_acknowledgement(robot, options)
@@ -30,7 +40,6 @@ def _enable(options: Options) -> ExitStatus:
         robot.enable()
         if options.arm is not None:
             output.line(f"enabled; {options.arm} holds the joints until 'bioscara disable'")
-            output.check()
             return ExitStatus.OK
         robot.watch()
         output.line("enabled; Ctrl-C disables the joints")
@@ -39,15 +48,4 @@ def _enable(options: Options) -> ExitStatus:
         if faults:
             complain(f"{faults[0]}{remedy(robot)}; all joints were stopped and disabled")
     output.line("disabled")
-    output.check()
     return ExitStatus.FAILED if faults else ExitStatus.OK
-
-
-def _disable(options: Options) -> ExitStatus:
-    output = Output()
-    with open_arm(options, parameters_from(options)) as robot:
-        output.line(f"arm: {robot.description}")
-        robot.disable()
-    output.line("disabled")
-    output.check()
-    return ExitStatus.OK
