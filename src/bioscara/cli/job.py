@@ -302,8 +302,7 @@ def _finish(
     """Write the files, show the report, return the exit status."""
     written, problems = folder.finish(summary, history)
     output.line()
-    for line in [*text.render(summary, history).splitlines(), ""]:
-        output.line(line)
+    output.lines([*text.render(summary, history).splitlines(), ""])
     for path in written:
         output.line(f"wrote {path}")
     if not png.available():

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from bioscara.cli.motion_arguments import FINGERS
 from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import FINGERS
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene

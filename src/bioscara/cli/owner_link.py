@@ -11,8 +11,8 @@ from typing import TypeVar
 
 from bioscara.api import messages as m
 from bioscara.api import runtime
-from bioscara.cli.arm_arguments import ARM_VARIABLE
 from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import ARM_VARIABLE
 from bioscara.errors import InvalidArgumentError, OwnerError, OwnerLostError
 from bioscara.remote.link import OwnerLink
 

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
-from bioscara.cli.motion_arguments import FINGERS
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import FINGERS
 from bioscara.cli.target import arrange_owned, planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.cli.terminal.keyboard import motion_keys
@@ -107,8 +107,7 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
             if options.tool not in {space.tool.name, FINGERS}:
                 space = space.with_tool(options.tool)
             verdicts = [*dry_run(sequence, space, planner.here())]
-    for line in columns([*_rows(verdicts)]):
-        output.line(line)
+    output.lines(columns([*_rows(verdicts)]))
     for verdict in verdicts:
         for note in verdict.notes:
             output.line(f"note: {note}")

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bioscara.cli.motion_arguments import START
 from bioscara.cli.opened_arm import arrange
 from bioscara.cli.output.angles import LENGTHS, AngleUnit
 from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.errors import InvalidArgumentError, UnreachableError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara, batch

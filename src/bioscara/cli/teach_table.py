@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.motion_arguments import TABLE
 from bioscara.cli.output.angles import AngleUnit
 from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import TABLE
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.robot import Robot

@@ -15,9 +15,9 @@ from threading import Thread
 from bioscara.api import runtime
 from bioscara.api.gateway_pages import page_of
 from bioscara.cli.commands.serving.web import require_packages
-from bioscara.cli.motion_arguments import TABLE
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import TABLE
 from bioscara.cli.signals import StopRequest
 from bioscara.errors import InvalidArgumentError, OwnerLostError
 from bioscara.model import ArmParameters

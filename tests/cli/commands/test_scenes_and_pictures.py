@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.motion_arguments import START
+from bioscara.cli.shared_arguments import START
 from bioscara.kinematics import Joints
 from bioscara.planning import read, write_csv
 from bioscara.planning.files.scene_file import read_scene

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.motion_arguments import START
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.view_source import look_at
 from bioscara.errors import BusUnavailableError
 from bioscara.model import load_parameters

@@ -4,31 +4,27 @@ from __future__ import annotations
 
 from importlib.resources import as_file, files
 
-from bioscara.cli.arm_arguments import add_parameters
-from bioscara.cli.motion_arguments import add_motion, add_report
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
+    share(parser, "--parameters")
     parser.add_argument(
         "--watch",
         action="store_true",
         help="serve the simulated arm, open its page in the browser, move it there in real time, "
         "and go on until Ctrl-C; needs the packages of bioscara[web]",
     )
-    add_report(parser)
-    add_motion(parser, owned=False)
+    share(parser, "--out")
+    share_arm(parser, owned=False)
+    share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 
 
 def run(options: Options, output: Output) -> ExitStatus:
-    """Home the arm, follow the trajectory of the package and report.
-
-    Raises:
-        BioscaraError: The run was refused or failed before anything moved.
-    """
+    """Home the arm, follow the trajectory of the package and report."""
     from bioscara.cli import job
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.planning.collision.scene import Scene

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_arguments import add_bus, add_parameters
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
-    add_bus(parser, lasting=True)
+    share(parser, "--parameters")
+    share_arm(parser, lasting=True)
 
 
 def run(options: Options, output: Output) -> None:
-    """Bring the joints to rest and disable them.
-
-    Raises:
-        BioscaraError: The arm cannot be used.
-    """
+    """Bring the joints to rest and disable them."""
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.opened_arm import open_arm
 

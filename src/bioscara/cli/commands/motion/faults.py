@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import shlex
 
-from bioscara.cli.arm_arguments import add_bus, add_parameters
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the three commands."""
-    add_parameters(parser)
-    add_bus(parser, lasting=True)
+    share(parser, "--parameters")
+    share_arm(parser, lasting=True)
 
 
 def run(options: Options, output: Output) -> None:
@@ -20,7 +20,6 @@ def run(options: Options, output: Output) -> None:
 
     Raises:
         FaultedError: The evidence cannot be written; the faults stay.
-        BioscaraError: The arm cannot be used.
     """
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.opened_arm import acknowledge_faults, open_arm

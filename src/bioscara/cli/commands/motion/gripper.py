@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import add_parameters
-from bioscara.cli.motion_arguments import add_motion
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser, number
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import InvalidArgumentError, LimitError
 
 if TYPE_CHECKING:
@@ -18,8 +18,7 @@ _ROUNDING_DEG = 0.01
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
+    share(parser, "--parameters")
     parser.add_argument(
         "width",
         metavar="WIDTH",
@@ -33,15 +32,12 @@ def arguments(parser: Parser) -> None:
         type=number,
         help="instead of a width: angle of the servo [deg], to mount its horn or measure a width",
     )
-    add_motion(parser, full_speed=False, realtime=False)
+    share_arm(parser)
+    share(parser, "--acknowledge", "--deg", "--rate", "--priority")
 
 
 def run(options: Options, output: Output) -> ExitStatus:
-    """Move the jaws of the gripper; a real one holds its width after the command has ended.
-
-    Raises:
-        BioscaraError: The motion was refused before the jaws moved.
-    """
+    """Move the jaws of the gripper; a real one holds its width after the command has ended."""
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.motion import carry_out, opened_arm
 

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_arguments import add_parameters
-from bioscara.cli.motion_arguments import add_motion
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
-    add_motion(parser, full_speed=False)
+    share(parser, "--parameters")
+    share_arm(parser)
+    share(parser, "--acknowledge", "--realtime", "--deg", "--rate", "--priority")
 
 
 def run(options: Options, output: Output) -> ExitStatus:
-    """Home the joints that are not homed, and release the arm; they stay homed.
-
-    Raises:
-        BioscaraError: Homing was refused or failed before anything moved.
-    """
+    """Home the joints that are not homed, and release the arm; they stay homed."""
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import add_parameters
-from bioscara.cli.motion_arguments import add_motion, add_scene, add_table, add_tool
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -24,12 +24,9 @@ _STEP_SCALING = 0.3
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
-    add_scene(parser)
-    add_table(parser)
-    add_tool(parser, "name of the tool that is mounted")
-    add_motion(parser)
+    share(parser, "--parameters", "--scene", "--table", "--tool")
+    share_arm(parser)
+    share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 
 
 def run(options: Options, output: Output) -> ExitStatus:
@@ -37,7 +34,6 @@ def run(options: Options, output: Output) -> ExitStatus:
 
     Raises:
         InvalidArgumentError: Standard input is no terminal, or an option is wrong.
-        BioscaraError: The arm cannot be used.
     """
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.motion import (

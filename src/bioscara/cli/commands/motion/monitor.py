@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_arguments import add_bus, add_parameters
-from bioscara.cli.motion_arguments import add_degrees
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
-    add_bus(parser, lasting=True)
-    add_degrees(parser)
+    share(parser, "--parameters")
+    share_arm(parser, lasting=True)
+    share(parser, "--deg")
 
 
 def run(options: Options, output: Output) -> None:
@@ -20,7 +19,6 @@ def run(options: Options, output: Output) -> None:
 
     Raises:
         BusUnavailableError: Another program uses the bus; names it.
-        BioscaraError: A joint cannot be used.
     """
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.opened_arm import open_arm

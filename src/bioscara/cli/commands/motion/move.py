@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_arguments import add_parameters
-from bioscara.cli.motion_arguments import add_motion, add_planned_files, add_target
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share, share_target
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
-    add_target(parser)
-    add_planned_files(parser)
-    add_motion(parser)
+    share(parser, "--parameters")
+    share_target(parser)
+    share(parser, "--scene", "--csv", "--plot")
+    share_arm(parser)
+    share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 
 
 def run(options: Options, output: Output) -> ExitStatus:
-    """Home the arm where necessary, move it to a target and release it.
-
-    Raises:
-        BioscaraError: The motion was refused or failed before anything moved.
-    """
+    """Home the arm where necessary, move it to a target and release it."""
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
     from bioscara.cli.output.angles import angle_unit

@@ -4,24 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bioscara.cli.arm_arguments import add_parameters
-from bioscara.cli.motion_arguments import (
-    FINGERS,
-    add_motion,
-    add_report,
-    add_scene,
-    add_start,
-    add_table,
-    add_tool,
-)
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import FINGERS, share
 from bioscara.errors import InvalidArgumentError
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
+    share(parser, "--parameters")
     parser.add_argument(
         "file",
         metavar="FILE",
@@ -34,17 +25,17 @@ def arguments(parser: Parser) -> None:
         action="store_true",
         help="check or plan it and print the duration of each step; nothing moves",
     )
-    add_start(parser, "joint positions at the start of a dry run of a sequence")
-    add_table(parser)
-    add_tool(parser, "name of the tool that is mounted, for a sequence")
+    share(parser, "--from", help="joint positions at the start of a dry run of a sequence")
+    share(parser, "--table")
+    share(parser, "--tool", help="name of the tool that is mounted, for a sequence")
     parser.add_argument(
         "--fit",
         action="store_true",
         help="stretch the trajectory in time where it exceeds a speed or acceleration limit",
     )
-    add_scene(parser)
-    add_report(parser)
-    add_motion(parser)
+    share(parser, "--scene", "--out")
+    share_arm(parser)
+    share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 
 
 def run(options: Options, output: Output) -> ExitStatus | None:
@@ -52,7 +43,6 @@ def run(options: Options, output: Output) -> ExitStatus | None:
 
     Raises:
         TrajectoryError: The file cannot be read, or its trajectory cannot be executed.
-        BioscaraError: The run was refused or failed otherwise before anything moved.
     """
     from bioscara.cli import job, sequence
     from bioscara.cli.arm_parameters import parameters_from

@@ -7,8 +7,8 @@ from bioscara.cli.parser import Options, Parser
 from bioscara.errors import BioscaraError
 
 
-def arguments(parser: Parser) -> None:
-    """Add none."""
+def arguments(_: Parser) -> None:
+    pass
 
 
 def run(options: Options, output: Output) -> None:  # noqa: ARG001
@@ -30,5 +30,4 @@ def run(options: Options, output: Output) -> None:  # noqa: ARG001
     if len(rows) == 1:
         output.line("no arm is served; bioscara serve starts an owner")
         return
-    for line in columns(rows):
-        output.line(line)
+    output.lines(columns(rows))

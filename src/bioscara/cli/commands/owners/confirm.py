@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_arguments import add_owner
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_owner(parser)
+    share(parser, "--arm")
 
 
 def run(options: Options, output: Output) -> None:
     """Declare that scene, tool and load of the last run still hold, and say what that is.
 
     Raises:
-        OwnerLostError: No owner runs.
-        InvalidArgumentError: There are several, and none is named.
         LeaseError: Another client commands the arm.
     """
     from bioscara.api import messages as m

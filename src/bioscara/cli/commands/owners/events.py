@@ -7,9 +7,9 @@ import time
 from contextlib import closing, suppress
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import add_owner
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.parser import Options, Parser, whole_number
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import OwnerLostError
 
 if TYPE_CHECKING:
@@ -20,9 +20,7 @@ _POLL = 0.1
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_owner(parser)
-    parser.add_argument("--follow", action="store_true", help="wait for more, until Ctrl-C")
+    share(parser, "--arm", "--follow")
     parser.add_argument(
         "--after", metavar="N", type=whole_number, default=0, help="only those after this number"
     )
@@ -30,12 +28,7 @@ def arguments(parser: Parser) -> None:
 
 
 def run(options: Options, output: Output) -> ExitStatus:
-    """List what happened to an arm.
-
-    Raises:
-        OwnerLostError: No owner runs.
-        InvalidArgumentError: There are several, and none is named.
-    """
+    """List what happened to an arm."""
     from bioscara.api import messages as m
     from bioscara.cli.owner_link import owner_name
     from bioscara.cli.signals import StopRequest

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_arguments import add_owner
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_owner(parser)
+    share(parser, "--arm")
     parser.add_argument(
         "--end",
         action="store_true",
@@ -18,12 +17,7 @@ def arguments(parser: Parser) -> None:
 
 
 def run(options: Options, output: Output) -> None:
-    """Name the client that commands an arm, or end its lease.
-
-    Raises:
-        OwnerLostError: No owner runs.
-        InvalidArgumentError: There are several, and none is named.
-    """
+    """Name the client that commands an arm, or end its lease."""
     from bioscara.api import messages as m
     from bioscara.cli.owner_link import asked, linked, owner_name
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 
-from bioscara.cli.arm_arguments import add_owner
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 _POLL = 0.1
 """Period in which a wait looks for Ctrl-C [s]."""
@@ -15,18 +15,11 @@ _PERIOD = 0.5
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_owner(parser)
-    parser.add_argument("--follow", action="store_true", help="wait for more, until Ctrl-C")
+    share(parser, "--arm", "--follow")
 
 
 def run(options: Options, output: Output) -> None:
-    """List the log of the process that owns an arm.
-
-    Raises:
-        OwnerLostError: No owner runs.
-        InvalidArgumentError: There are several, and none is named.
-    """
+    """List the log of the process that owns an arm."""
     from bioscara.api import messages as m
     from bioscara.cli.owner_link import asked, linked, owner_name
     from bioscara.cli.signals import StopRequest
@@ -38,8 +31,7 @@ def run(options: Options, output: Output) -> None:
                 due = now + _PERIOD
                 log = asked(link, m.GetLog(last), m.LogLines)
                 last = log.last
-                for line in log.lines:
-                    output.line(line)
+                output.lines(log.lines)
                 if not options.follow:
                     break
             time.sleep(_POLL)

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import OwnerLostError
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    parser.add_argument("--arm", metavar="NAME", help="name of the arm (default: all)")
+    share(parser, "--arm", help="name of the arm (default: all)")
 
 
 def run(options: Options, output: Output) -> None:
-    """Pause all motion of an arm, or of all that are served.
-
-    Raises:
-        OwnerLostError: No owner runs.
-    """
+    """Pause all motion of an arm, or of all that are served."""
     from bioscara.api import messages as m
     from bioscara.api import runtime
     from bioscara.cli.owner_link import author, linked

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_arguments import add_owner
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import LeaseError
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_owner(parser)
+    share(parser, "--arm")
 
 
 def run(options: Options, output: Output) -> None:
     """Lift the pause of an arm.
 
     Raises:
-        OwnerLostError: No owner runs.
-        InvalidArgumentError: There are several, and none is named.
         LeaseError: Others have paused, and another client commands the arm.
     """
     from bioscara.api import messages as m

@@ -6,15 +6,14 @@ import argparse
 import math
 from collections.abc import Sequence
 
-from bioscara.cli.arm_arguments import add_owner
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import InvalidArgumentError
 from bioscara.sim.bench import FAULTS, BenchFault
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command, and the faults to its help."""
     parser.add_argument("fault", metavar="FAULT", help="one of the faults below")
     parser.add_argument(
         "values",
@@ -22,7 +21,7 @@ def arguments(parser: Parser) -> None:
         nargs="*",
         help="its arguments: a joint, as j3, and a value",
     )
-    add_owner(parser)
+    share(parser, "--arm")
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n".join(["faults:", *kinds(), "", parser.epilog or "", ""])
 
@@ -31,7 +30,6 @@ def run(options: Options, output: Output) -> None:
     """Let a simulated arm fail, or end that, and list the faults that last.
 
     Raises:
-        OwnerLostError: No owner runs.
         NotSupportedError: The arm is real.
         InvalidArgumentError: There is no such fault or joint, or the value is not possible; or
             there are several arms, and none is named.

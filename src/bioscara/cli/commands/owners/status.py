@@ -4,26 +4,20 @@ from __future__ import annotations
 
 import math
 
-from bioscara.cli.arm_arguments import add_owner
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 _WARNINGS = 3
 """Number of warnings that are shown."""
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_owner(parser)
+    share(parser, "--arm")
 
 
 def run(options: Options, output: Output) -> None:
-    """Describe an arm, what it does and who commands it.
-
-    Raises:
-        OwnerLostError: No owner runs.
-        InvalidArgumentError: There are several, and none is named.
-    """
+    """Describe an arm, what it does and who commands it."""
     from bioscara.api import messages as m
     from bioscara.cli.owner_link import asked, linked, owner_name, state_words
 

@@ -8,7 +8,6 @@ from bioscara.cli.parser import Options, Parser
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
     parser.add_argument("name", metavar="NAME", nargs="?", help="name of the arm (default: all)")
 
 

@@ -8,16 +8,15 @@ import os
 from pathlib import Path
 
 from bioscara.api.runtime import DEFAULT
-from bioscara.cli.arm_arguments import ARM_VARIABLE, RECORDINGS
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.parser import Options, Parser, number
+from bioscara.cli.shared_arguments import ARM_VARIABLE, RECORDINGS, share
 from bioscara.errors import RecordingError
 
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 
 
 def arguments(parser: Parser) -> None:
-    """Add the actions of the command and their arguments."""
     parser.take_commands("action", "ACTION", default="start")
     texts = {
         "start": "Record a served arm until Ctrl-C (the default).",
@@ -51,19 +50,13 @@ def arguments(parser: Parser) -> None:
 
 
 def _add_start(start: Parser) -> None:
-    start.add_argument(
+    share(
+        start,
         "--arm",
-        metavar="NAME",
         default=os.environ.get(ARM_VARIABLE) or DEFAULT,
         help=f"name of the arm (default: ${ARM_VARIABLE}, else {DEFAULT})",
     )
-    start.add_argument(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        default=RECORDINGS,
-        help="folder of the files (default recordings)",
-    )
+    share(start, "--out", default=RECORDINGS, help="folder of the files (default recordings)")
     start.add_argument(
         "--max-size",
         metavar="SIZE",
@@ -147,8 +140,7 @@ def _start(options: Options, output: Output) -> ExitStatus:
 def _info(options: Options, output: Output) -> None:
     from bioscara.recording.reading.contents import Contents
 
-    for line in Contents(options.file).lines():
-        output.line(line)
+    output.lines(Contents(options.file).lines())
 
 
 def _recover(options: Options, output: Output) -> None:

@@ -7,9 +7,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from bioscara.api.runtime import DEFAULT
-from bioscara.cli.arm_arguments import add_homed, add_owner
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import ConfigurationError
 
 _NEEDED = (
@@ -26,9 +26,8 @@ _NEEDED = (
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
     parser.leave("ros_arguments", "--ros-args", "--")
-    add_owner(parser)
+    share(parser, "--arm")
     parser.add_argument(
         "--bus",
         metavar="BUS",
@@ -36,7 +35,7 @@ def arguments(parser: Parser) -> None:
         help="own the arm on this bus, 'sim' (simulated) or 'linux:1' (I2C bus 1), instead of "
         "using that of another owner; it is named as --arm says, else 'arm'",
     )
-    add_homed(parser)
+    share(parser, "--homed")
     parser.checks.append(_check_arm)
 
 

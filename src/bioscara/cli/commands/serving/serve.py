@@ -8,10 +8,10 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import add_bus, add_homed, add_parameters, add_rate
-from bioscara.cli.motion_arguments import add_scene, add_table
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import Output
-from bioscara.cli.parser import Options, Parser, number, parse, whole_number
+from bioscara.cli.parser import Options, Parser, number, parse
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.spelling import did_you_mean
 
@@ -23,13 +23,12 @@ _GATEWAYS = ("web", "record", "ros")
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
-    add_bus(parser, owned=False)
+    share(parser, "--parameters")
+    share_arm(parser, owned=False)
     parser.add_argument(
         "--name", metavar="NAME", default="arm", help="name of the arm for clients (default: arm)"
     )
-    add_rate(parser)
+    share(parser, "--rate", "--priority")
     parser.add_argument(
         "--real-time-factor",
         metavar="N",
@@ -59,15 +58,17 @@ def arguments(parser: Parser) -> None:
         default=Path("faults"),
         help="folder for the flight records of faults (default: faults)",
     )
-    add_table(parser, "file with the poses, in which those that clients teach are saved")
-    add_scene(
-        parser, "file with the zones and the table; a scene that a client sets is saved in it"
+    share(
+        parser, "--table", help="file with the poses, in which those that clients teach are saved"
+    )
+    share(
+        parser,
+        "--scene",
+        help="file with the zones and the table; a scene that a client sets is saved in it",
     )
     parser.add_argument("--json", action="store_true", help="write the log as JSON")
-    parser.add_argument(
-        "--seed", metavar="N", type=whole_number, default=0, help="seed of the simulation"
-    )
-    add_homed(parser)
+    share(parser, "--seed", help="seed of the simulation")
+    share(parser, "--homed")
     parser.checks.append(_check_gateways)
 
 
@@ -126,7 +127,6 @@ def run(options: Options, output: Output) -> None:
     """Own an arm until Ctrl-C or SIGTERM; it is at rest and released then.
 
     Raises:
-        InvalidArgumentError: An option cannot be used.
         BusyOwnerError: An owner of that name runs.
         BioscaraError: The arm cannot be used, or a joint could not be released.
         OSError: The socket cannot be made.

@@ -7,18 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import add_parameters, port
-from bioscara.cli.motion_arguments import (
-    FINGERS,
-    add_degrees,
-    add_full_speed,
-    add_plot,
-    add_scene,
-    add_start,
-    add_target,
-)
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import FINGERS, share, share_target
 from bioscara.errors import ConfigurationError
 from bioscara.extras import install
 
@@ -35,8 +26,7 @@ _PERIOD = 1.0 / 30.0
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
+    share(parser, "--parameters")
     parser.add_argument(
         "source",
         metavar="SOURCE",
@@ -45,21 +35,19 @@ def arguments(parser: Parser) -> None:
         "'bioscara simulate' runs, while a program uses it, or arm:NAME for one that "
         "'bioscara serve' runs (default: sliders, or the plan to the target)",
     )
-    add_start(parser, "joint positions at the start of the plan")
-    add_target(parser, required=False)
-    add_full_speed(parser)
-    add_degrees(parser)
-    parser.add_argument(
+    share(parser, "--from", help="joint positions at the start of the plan")
+    share_target(parser, required=False)
+    share(parser, "--full-speed", "--deg")
+    share(
+        parser,
         "--port",
-        metavar="N",
-        type=port,
-        default=8080,
         help="TCP port to listen on (default 8080); the next free one is taken if it is in use",
     )
-    add_scene(parser, "file with the zones and the table to show")
-    add_plot(
+    share(parser, "--scene", help="file with the zones and the table to show")
+    share(
         parser,
-        "at the end, draw the motion from the first to the last slider positions, as PNG",
+        "--plot",
+        help="at the end, draw the motion from the first to the last slider positions, as PNG",
     )
     parser.checks.append(_check)
 

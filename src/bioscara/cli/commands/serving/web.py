@@ -6,9 +6,9 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from bioscara.cli.arm_arguments import RECORDINGS, add_owner, port
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import RECORDINGS, share
 from bioscara.errors import ConfigurationError
 from bioscara.extras import install
 
@@ -16,8 +16,7 @@ _NEEDED = ("cryptography", "fastapi", "uvicorn", "websockets")
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_owner(parser)
+    share(parser, "--arm")
     parser.add_argument(
         "--host",
         metavar="ADDRESS",
@@ -25,13 +24,7 @@ def arguments(parser: Parser) -> None:
         help="address to listen on (default: 127.0.0.1, for this computer only); another one needs "
         "TLS",
     )
-    parser.add_argument(
-        "--port",
-        metavar="N",
-        type=port,
-        default=8080,
-        help="TCP port to listen on (default 8080); 0 for a free one",
-    )
+    share(parser, "--port", help="TCP port to listen on (default 8080); 0 for a free one")
     parser.add_argument(
         "--allowed-host",
         metavar="NAME",

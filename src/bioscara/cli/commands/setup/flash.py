@@ -6,14 +6,13 @@ import argparse
 from contextlib import ExitStack
 from pathlib import Path
 
-from bioscara.cli.arm_arguments import add_parameters
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser, whole_number
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
+    share(parser, "--parameters")
     which = parser.add_mutually_exclusive_group(required=True)
     which.add_argument(
         "--joint",

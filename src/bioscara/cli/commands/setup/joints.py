@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import add_bus, add_parameters
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import BioscaraError, BusUnavailableError
 
 if TYPE_CHECKING:
@@ -20,9 +21,8 @@ _HEADINGS = ("joint", "address", "firmware", "flags", "homed", "image", "reset",
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
-    add_parameters(parser)
-    add_bus(parser)
+    share(parser, "--parameters")
+    share_arm(parser)
 
 
 def run(options: Options, output: Output) -> ExitStatus:
@@ -60,8 +60,7 @@ def run(options: Options, output: Output) -> ExitStatus:
                 # A joint that answered hello is present, even if it is another one or too new.
                 who = "missing" if joint.hello is None else joint.firmware
                 rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"------"))
-    for line in columns(rows):
-        output.line(line)
+    output.lines(columns(rows))
     for sentence in exceptions:
         output.line(sentence)
     for sentence in missing:
@@ -83,8 +82,7 @@ def _of_owner(options: Options, output: Output) -> ExitStatus:
         ):
             flags = Flags(bits)
             rows.append((joint.name, f"{joint.address:#04x}", firmware, *_state(flags)))
-    for line in columns(rows):
-        output.line(line)
+    output.lines(columns(rows))
     return ExitStatus.OK
 
 

@@ -5,19 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import BUS_HELP, add_parameters
-from bioscara.cli.motion_arguments import (
-    JOINTS,
-    add_force,
-    add_four,
-    add_plot,
-    add_scene,
-    add_start,
-    add_taught,
-    add_tool,
-)
+from bioscara.cli.arm_choice import BUS_HELP
 from bioscara.cli.output.console import Output, columns
 from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import JOINTS, share, share_taught
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 
 if TYPE_CHECKING:
@@ -29,33 +20,36 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: Parser) -> None:
-    """Add the actions of the command and their arguments."""
     parser.take_commands("action", "ACTION")
     listing = parser.add_command("list", "List all poses and tools.")
     show = parser.add_command("show", "Show one pose, and whether the arm can take it.")
     save = parser.add_command("save", "Save a pose under a name.")
     delete = parser.add_command("delete", "Delete a saved pose.")
     for action in (listing, show, save, delete):
-        add_parameters(action)
+        share(action, "--parameters")
         if action is not listing:
             action.add_argument("name", metavar="NAME", help="name of the pose")
-        add_taught(action)
-    add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
-    add_start(show, "joint positions at the start of that motion")
-    add_scene(show, "file with the zones and the table that the motion keeps clear of")
+        share_taught(action)
+    share(
+        show,
+        "--plot",
+        help="draw the motion to the pose, joints and tool against their limits, as PNG",
+    )
+    share(show, "--from", help="joint positions at the start of that motion")
+    share(show, "--scene", help="file with the zones and the table that the motion keeps clear of")
     show.checks.append(_check_show)
     where = save.add_mutually_exclusive_group()
     where.add_argument("--bus", metavar="BUS", help="current position of this arm; " + BUS_HELP)
-    add_four(where, "--joints", JOINTS, "joint positions [rad m rad rad]")
-    add_four(where, "--pose", "X Y Z YAW", "pose of the tool in the base [m m m rad]")
-    add_tool(save, "name of the tool")
+    share(where, "--joints", help="joint positions [rad m rad rad]")
+    share(where, "--pose", help="pose of the tool in the base [m m m rad]")
+    share(save, "--tool", help="name of the tool")
     save.add_argument(
         "--calibration",
         metavar="ID",
         default="",
         help="identifier of the calibration of the arm, stored with the pose",
     )
-    add_force(save, "pose")
+    share(save, "--force", help="replace the pose of this name, if there is one")
     save.checks.append(_check_save)
 
 
@@ -71,7 +65,7 @@ def _check_save(parser: Parser, options: Options) -> None:
     if not (options.bus or options.arm or options.joints or options.pose):
         parser.error(
             "poses save needs one of --arm NAME or --bus BUS for the position of that arm, "
-            f"--joints {JOINTS}, --pose X Y Z YAW"
+            f"--joints {' '.join(JOINTS)}, --pose X Y Z YAW"
         )
 
 
@@ -81,7 +75,6 @@ def run(options: Options, output: Output) -> None:
     Raises:
         InvalidArgumentError: There is no such pose or tool, or the arm cannot reach the pose.
         ConfigurationError: The file cannot be read or written.
-        BioscaraError: The arm's position cannot be read.
     """
     from bioscara.cli.teach_table import table_store
     from bioscara.robot.workspace.poses import BUILT_IN
@@ -94,8 +87,7 @@ def run(options: Options, output: Output) -> None:
         options, changes=action in {"save", "delete"}, create=action == "save" or built_in
     ) as store:
         lines = actions[action](options, store)
-    for line in lines:
-        output.line(line)
+    output.lines(lines)
 
 
 def _list(options: Options, store: TableStore) -> list[str]:

@@ -5,30 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 from bioscara.cli.output.console import Output
-from bioscara.cli.parser import Options, Parser, whole_number
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
 def arguments(parser: Parser) -> None:
-    """Add the arguments of the command."""
     parser.add_argument(
         "--socket", metavar="PATH", type=Path, required=True, help="Unix socket to listen on"
     )
     parser.add_argument("--v1", action="store_true", help="joints with their original firmware")
-    parser.add_argument(
-        "--seed",
-        metavar="N",
-        type=whole_number,
-        default=0,
-        help="seed of the simulation (default 0)",
-    )
+    share(parser, "--seed", help="seed of the simulation (default 0)")
 
 
 def run(options: Options, output: Output) -> None:
-    """Simulate an arm behind a Unix socket until Ctrl-C.
-
-    Raises:
-        BioscaraError: The socket cannot be used.
-    """
+    """Simulate an arm behind a Unix socket until Ctrl-C."""
     from bioscara.cli.signals import StopRequest
     from bioscara.sim import SimulatedArm, serve
 

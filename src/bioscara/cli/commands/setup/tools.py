@@ -4,29 +4,32 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_arguments import add_parameters
-from bioscara.cli.motion_arguments import add_force, add_four, add_taught
 from bioscara.cli.output.console import Output, columns
 from bioscara.cli.parser import Options, Parser, number
+from bioscara.cli.shared_arguments import POSE, share, share_taught
 
 if TYPE_CHECKING:
     from bioscara.cli.teach_table import TableStore
 
 
 def arguments(parser: Parser) -> None:
-    """Add the actions of the command and their arguments."""
     parser.take_commands("action", "ACTION")
     listing = parser.add_command("list", "List all tools.")
     add = parser.add_command("add", "Add a tool under a name.")
     for action in (listing, add):
-        add_parameters(action)
-        add_taught(action)
+        share(action, "--parameters")
+        share_taught(action)
     add.add_argument("name", metavar="NAME", help="name of the tool")
-    add_four(
-        add, "--offset", "X Y Z YAW", "its centre point in the flange [m m m rad]", required=True
+    add.add_argument(
+        "--offset",
+        metavar=POSE,
+        type=number,
+        nargs=4,
+        required=True,
+        help="its centre point in the flange [m m m rad]",
     )
     add.add_argument("--mass", metavar="KG", type=number, required=True, help="its mass [kg]")
-    add_force(add, "tool")
+    share(add, "--force", help="replace the tool of this name, if there is one")
 
 
 def run(options: Options, output: Output) -> None:
@@ -41,8 +44,7 @@ def run(options: Options, output: Output) -> None:
     adding = options.action == "add"
     with table_store(options, changes=adding, create=adding) as store:
         lines = (_add if adding else _list)(options, store)
-    for line in lines:
-        output.line(line)
+    output.lines(lines)
 
 
 def _list(options: Options, store: TableStore) -> list[str]:
