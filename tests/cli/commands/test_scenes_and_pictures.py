@@ -155,16 +155,6 @@ def test_without_matplotlib_every_command_says_what_to_install(
     assert "pip install 'bioscara[plot]'" in err
 
 
-@pytest.mark.parametrize("words", ["--from 0 0.2 0 0", "--scene start.yaml"])
-def test_options_of_a_picture_are_refused_without_one(
-    words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["poses", "show", "plate", *words.split()])
-    assert caught.value.code == 2
-    assert "add --plot" in capsys.readouterr().err
-
-
 def test_an_arm_is_not_moved_into_a_zone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert main(["move", "--name", "plate", "--scene", "goal.yaml"], paced=False) == 2
