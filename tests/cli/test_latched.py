@@ -13,12 +13,12 @@ import pytest
 from tests.system.observed_arm import at_rest, truth
 
 import bioscara.sim
+from bioscara import Robot
 from bioscara.bus import Bus, Transaction
 from bioscara.cli import main
 from bioscara.errors import CommunicationError
 from bioscara.model import load_parameters
 from bioscara.protocol import Register
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from flight_records import read_record
 from processes import environment, wait_for_line, wait_until

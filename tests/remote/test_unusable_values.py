@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bioscara.robot import Robot
+from bioscara import Robot
 from bioscara.server.serve import Served
 from robot_calls import calls
 from served import HALF, NAME, arm_served
@@ -16,7 +16,7 @@ from unusable_values import judge
 
 OF_THE_OWNER = ("Robot.", "RobotGripper.", "jog(", "attach(", "Box", "Cylinder", "Scene")
 """Begin of the names of those calls that reach the owner."""
-ELSEWHERE = {"Robot.watch", "Robot.simulated", "Robot.connect", "Scara.solve"}
+ELSEWHERE = {"Robot.watch", "Robot.simulated", "Robot.connect", "Robot.on_bus", "Scara.solve"}
 
 
 class World:

@@ -6,8 +6,8 @@ import sys
 
 from tests.system.observed_arm import START
 
+from bioscara import Robot
 from bioscara.errors import BioscaraError
-from bioscara.robot import Robot
 
 THERE = (-1.0, 0.22, 0.5, 0.0)
 

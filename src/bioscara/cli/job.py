@@ -27,6 +27,7 @@ from bioscara.cli.output.observer import Observer
 from bioscara.cli.parser import Options
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.terminal.keyboard import motion_keys
+from bioscara.connect import Robot
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import (
     BioscaraError,
@@ -49,7 +50,7 @@ from bioscara.report import (
     text,
 )
 from bioscara.report.folder import TRAJECTORY, default_path
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.operations.motions.follow_trajectory import checked
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.workspace import Workspace
@@ -260,7 +261,7 @@ def _keep_trajectory(folder: RunFolder, planned: Trajectory) -> None:
 
 
 def _move(
-    robot: Robot,
+    robot: ArmMethods,
     job: Job,
     folder: RunFolder,
     progress: Progress,

@@ -12,9 +12,9 @@ from bioscara.cli.shared_arguments import FINGERS
 from bioscara.cli.target import arrange_owned, planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.cli.terminal.keyboard import motion_keys
+from bioscara.connect import Robot
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
-from bioscara.robot import Robot
 from bioscara.robot.planner import Planner
 from bioscara.robot.sequences.calls import calls
 from bioscara.robot.sequences.dry_run import Verdict, dry_run

@@ -26,7 +26,7 @@ from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.limits import check_share
 from bioscara.planning.motions.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory.extrema import joint_extrema
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.tools import check_number
 from bioscara.robot.workspace.workspace import Workspace
@@ -41,7 +41,7 @@ def scene_from(options: Options) -> Scene:
     return Scene() if options.scene is None else read_scene(options.scene)
 
 
-def arrange_owned(robot: Robot, options: Options) -> None:
+def arrange_owned(robot: ArmMethods, options: Options) -> None:
     """Give the arm of an owner the table, the scene and the tool that options name, if any."""
     table = read_table(options, robot.table.fingers) if options.table else robot.table
     arrange(robot, options, table, scene_from(options), options.tool)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bioscara.cli.terminal.keyboard import Keyboard
     from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
     from bioscara.report import CycleRecord
-    from bioscara.robot import Robot
+    from bioscara.robot.arm_methods import ArmMethods
 
 _STEP_SCALING = 0.3
 """Share of the limits with which a step is made."""
@@ -74,7 +74,7 @@ def run(options: Options, output: Output) -> ExitStatus:
     return status
 
 
-def _jog(robot: Robot, keyboard: Keyboard, keys: JogKeys, progress: Progress) -> None:
+def _jog(robot: ArmMethods, keyboard: Keyboard, keys: JogKeys, progress: Progress) -> None:
     """Jog until ``q`` or the end of the terminal; steps are planned motions in between."""
     from bioscara.kinematics import Pose
 

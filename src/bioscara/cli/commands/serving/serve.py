@@ -138,7 +138,7 @@ def run(options: Options, output: Output) -> None:
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.signals import StopRequest
     from bioscara.cli.teach_table import table_file
-    from bioscara.robot import Robot
+    from bioscara.connect import Robot
     from bioscara.server import log
     from bioscara.server.serve import ServeSettings, serve
 
@@ -186,7 +186,7 @@ def run(options: Options, output: Output) -> None:
                 evidence=options.evidence,
             )
         else:
-            robot = Robot.connect(
+            robot = Robot.on_bus(
                 options.bus, parameters, rate=options.rate, evidence=options.evidence
             )
         # Connecting reports to systemd that the service is ready: a signal may come from then on.

@@ -96,7 +96,7 @@ def run(options: Options, output: Output) -> ExitStatus:
     from bioscara.cli.arm_parameters import parameters_from
     from bioscara.cli.flash_all import flash_all
     from bioscara.cli.flashed_joint import BoardToFlash, JointOnBus, describe, first_installed
-    from bioscara.cli.opened_arm import open_arm
+    from bioscara.cli.opened_arm import own_arm
     from bioscara.cli.signals import raising_keyboard_interrupt
     from bioscara.clock import MonotonicClock
     from bioscara.flashing import Dfu, OpenOcd, Programmer, StFlash, prebuilt, read_image
@@ -116,7 +116,7 @@ def run(options: Options, output: Output) -> ExitStatus:
     with ExitStack() as stack, raising_keyboard_interrupt():
         joint = None
         if options.bus is not None:
-            robot = open_arm(options, parameters_from(options))
+            robot = own_arm(options, parameters_from(options))
             stack.enter_context(robot.bus)
             joint = JointOnBus(robot.joints[number - 1], robot.clock, output.line)
             joint.prepare(programmer, image)
