@@ -1021,8 +1021,8 @@ MUTANTS = (
     Mutant(
         "a bus that is given is stronger than the arm of the environment",
         "_choose_owner",
-        "options.owned and not bus_given",
-        "options.owned",
+        "owned and not bus_given",
+        "owned",
         ("tests/cli/test_arguments.py",),
     ),
     Mutant(

@@ -18,8 +18,7 @@ from bioscara import Joints, Robot
 from bioscara.api import messages as m
 from bioscara.api.gateway_pages import page_of
 from bioscara.api.runtime import find, folder, owners
-from bioscara.cli import main, watch
-from bioscara.cli.commands.motion import run
+from bioscara.cli import job, main, watch
 from bioscara.cli.output.console import ExitStatus
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
@@ -74,7 +73,7 @@ def test_afterwards_it_serves_until_ctrl_c(
     Path("mine.yaml").write_text("geometry: {tool_x: 0.13}\n")
     seen: list[object] = []
 
-    def demonstrated(_: object, __: object, options: object) -> ExitStatus:
+    def demonstrated(_: object, __: object, options: object, ___: object) -> ExitStatus:
         seen.append(options.arm)  # type: ignore[attr-defined]
         with Robot.connect("arm:demo") as robot:
             assert isinstance(robot, RemoteRobot)
@@ -84,7 +83,7 @@ def test_afterwards_it_serves_until_ctrl_c(
         threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
         return ExitStatus.OK
 
-    monkeypatch.setattr(run, "run_job", demonstrated)
+    monkeypatch.setattr(job, "run_job", demonstrated)
     with runtime_folder():
         assert main(["demo", "--watch", "--parameters", "mine.yaml"]) == ExitStatus.OK
         assert not (folder() / "demo.open.html").exists()

@@ -225,7 +225,7 @@ def test_an_owner_that_is_stopped_is_reported_and_used_again_when_it_goes_on(
     assert folder.is_dir()
     monkeypatch.setattr("bioscara.remote.link._ANSWER_TIMEOUT", 0.5)
     monkeypatch.setattr("bioscara.remote.lease_keeper.PATIENCE", 0.5)
-    owner = served_by(start, "--bus", "sim", "--speed", "10")
+    owner = served_by(start, "--bus", "sim", "--real-time-factor", "10")
     robot: Any = Robot.connect(f"arm:{NAME}")
     with robot:
         robot.acquire_lease()
@@ -245,7 +245,7 @@ def test_a_silent_owner_is_reported_in_time_and_gets_no_late_command(
     start: Start, folder: Path
 ) -> None:
     assert folder.is_dir()
-    owner = served_by(start, "--bus", "sim", "--speed", "10")
+    owner = served_by(start, "--bus", "sim", "--real-time-factor", "10")
     with RemoteRobot(NAME, silence=0.5) as robot:
         robot.controllers.subscribe(lambda _: None)
         robot.enable()

@@ -14,7 +14,7 @@ from subprocess import Popen
 import pytest
 
 from bioscara import Robot
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 
 UNIT = Path(__file__).parents[2] / "examples/bioscara.service"
 # systemd.unit(5), systemd.service(5), systemd.exec(5).

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from bioscara.cli.options import START, Options
+from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.target import plan_target, target_planner
 from bioscara.errors import (
     BioscaraError,

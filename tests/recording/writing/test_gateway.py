@@ -24,7 +24,7 @@ NAME = "both"
 def test_the_end_of_the_last_goal_is_recorded_when_the_owner_is_ended(
     start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
-    words = ("serve", "--name", NAME, "--with", "record", "--speed", "10")
+    words = ("serve", "--name", NAME, "--with", "record", "--real-time-factor", "10")
     owner = start("-m", "bioscara", *words, env=environment(), cwd=tmp_path)
     wait_for_line(owner, f"{NAME} is served")
     folder = tmp_path / "recordings"

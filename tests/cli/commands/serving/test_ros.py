@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 from processes import environment
 
 
@@ -41,18 +41,6 @@ def test_all_that_follows_ros_args_is_for_ros(words: list[str], arguments: list[
     assert options.ros_arguments == arguments
     assert options.arm == ("left" if "left" in words else None)
     assert not options.bus
-
-
-def test_words_of_other_commands_are_not_those_of_ros(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        parse(["web", "--ros-args"])
-    assert "web has no option --ros-args" in capsys.readouterr().err
-
-
-def test_an_arm_and_a_bus_exclude_one_another(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        parse(["ros", "--arm", "left", "--bus", "sim"])
-    assert "--arm and --bus exclude one another" in capsys.readouterr().err
 
 
 def test_serve_runs_the_node_with_arguments_of_ros() -> None:

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.options import START
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.view_source import look_at
 from bioscara.errors import BusUnavailableError
 from bioscara.model import load_parameters
@@ -268,7 +268,7 @@ def test_a_source_that_cannot_be_shown_is_refused_in_one_sentence(
         ("--name plate --plot a.png", "--plot of view draws the motion of the sliders"),
         ("--linear", "--linear applies to a planned motion; add --pose"),
         ("good --from 0 0.2 0 0", "--from applies to a planned motion"),
-        ("a.csv --speed 0.5", "--speed applies to a planned motion"),
+        ("a.csv --velocity-scaling 0.5", "--velocity-scaling applies to a planned motion"),
     ],
 )
 def test_options_that_would_be_ignored_are_refused(

@@ -158,24 +158,6 @@ def test_without_its_packages_the_error_names_them(
     assert len(error.splitlines()) == 1
 
 
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (["--tls-cert", "a"], "--tls-cert needs --tls-key"),
-        (["--tls-key", "a"], "--tls-key needs --tls-cert"),
-        (["--tls-cert", "a", "--tls-key", "b", "--tls-self-signed"], "exclude one another"),
-        (["--port", "70000"], "is not a port"),
-    ],
-)
-def test_wrong_usage_is_refused(
-    words: list[str], text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["web", *words])
-    assert caught.value.code == 2
-    assert text in capsys.readouterr().err
-
-
 def test_beyond_this_computer_it_needs_tls(
     served: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:

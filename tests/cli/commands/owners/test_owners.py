@@ -381,12 +381,9 @@ def test_a_command_that_simulates_an_arm_names_those_that_are_served(
     assert said(capsys, "home", "--arm", "bench")[1].startswith("arm: arm bench: ")
 
 
-def test_a_served_arm_is_no_bus_and_is_named_where_a_bus_is_unknown(
+def test_a_served_arm_is_named_where_a_bus_is_unknown(
     elsewhere: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit):
-        main(["home", "--bus", "arm:bench"])
-    assert "a served arm is named by --arm bench; leave out --bus" in capsys.readouterr().err
     status, _, err = said(capsys, "home", "--bus", "bench")
     assert (status, "arm:NAME (one that 'bioscara serve' runs" in err) == (2, True)
     with pytest.raises(InvalidArgumentError, match="arm:NAME"):
@@ -415,6 +412,3 @@ def test_poses_and_tools_are_those_of_a_served_arm(
     listed = said(capsys, "poses", "list", *of)[1]
     assert ("gate" in listed, "here" in listed, "does not exist" in listed) == (True, False, False)
     assert not (tmp_path / "poses.yaml").exists()
-    with pytest.raises(SystemExit):
-        main(["poses", "list", "--table", "x.yaml", *of])
-    assert "--arm and --table exclude one another" in capsys.readouterr().err
