@@ -1,18 +1,21 @@
 """Tests in real time: one that fails while the computer ran late says so and is repeated once.
 
-Several processes run such tests at a time. A repetition is the only one that runs.
+In real time are those that start programs, or serve an arm. Several processes run tests at a time.
+A repetition is the only one that runs.
 """
 
 from __future__ import annotations
 
 import fcntl
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from types import TracebackType
+from types import FunctionType, TracebackType
 from typing import Self
 
 import pytest
@@ -20,6 +23,9 @@ from _pytest.runner import runtestprotocol
 
 REPEATED = "repeated"
 """Section of a report that says why."""
+MARKS = ("realtime", "ros", "browser")
+HELPERS = {"processes", "served", "web.gateways"}
+"""Modules whose names a module of tests in real time has."""
 TICK = 0.005
 LATE = 0.01
 """Lateness of a thread [s] that means a late computer: a cycle of the control loop."""
@@ -84,9 +90,33 @@ def running(*, alone: bool) -> Iterator[None]:
             os.close(lock)
 
 
+def in_real_time(item: pytest.Item) -> bool:
+    """Return whether a test depends on how fast the computer is at other things."""
+    if any(item.get_closest_marker(mark) for mark in MARKS):
+        return True
+    if not isinstance(item, pytest.Function):
+        return False
+    fixtures = item._fixtureinfo.name2fixturedefs.values()
+    functions = (item.function, *(known[-1].func for known in fixtures))
+    return "start" in item.fixturenames or any(
+        _names_helper(function.__module__)
+        for function in functions
+        if function.__module__ not in {"conftest", "tests.conftest"}
+    )
+
+
+@cache
+def _names_helper(module: str) -> bool:
+    """Return whether a module of tests or fixtures has a name of one of the helpers."""
+    names = vars(sys.modules[module]).values() if module in sys.modules else ()
+    return any(
+        isinstance(each, FunctionType | type) and each.__module__ in HELPERS for each in names
+    )
+
+
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Run a ``realtime`` test; if it fails on a late machine, repeat it once on fresh fixtures."""
-    if item.get_closest_marker("realtime") is None:
+    """Run a test in real time; if it fails on a late machine, repeat it once on fresh fixtures."""
+    if not in_real_time(item):
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     with running(alone=False), LatenessMonitor() as machine:
@@ -113,7 +143,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     return True
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+def tell_what_was_repeated(terminalreporter: pytest.TerminalReporter) -> None:
     """Name the tests that passed when they were repeated."""
     for report in terminalreporter.getreports("passed"):
         for title, text in report.sections:

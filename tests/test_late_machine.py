@@ -12,7 +12,8 @@ import late_machine
 
 CONFTEST = """
 import late_machine
-from late_machine import pytest_runtest_protocol, pytest_terminal_summary
+from late_machine import pytest_runtest_protocol
+from late_machine import tell_what_was_repeated as pytest_terminal_summary
 
 late_machine.LATE = -1.0
 """

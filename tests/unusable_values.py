@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, MotionTimeoutError
 from bioscara.model import ArmParameters
 
 SHARE = int(os.environ.get("BIOSCARA_VALUES_SHARE", "3"))
@@ -128,7 +128,8 @@ def judge(
                 made = value() if isinstance(value, Replaced) else value
                 call(**{**base, parameter: made})
             except BioscaraError as error:
-                refused = True
+                # A motion that takes longer than it may has begun.
+                refused = not isinstance(error, MotionTimeoutError)
                 last = f"{type(error).__name__}: {error}"
                 text = str(error)
                 if len(text) > 2000 or not text.isprintable():

@@ -127,7 +127,6 @@ def test_half_speed_is_reported_with_its_reason(
         assert "LATE" in (tmp_path / "run" / "report.txt").read_text()
 
 
-@pytest.mark.realtime
 def test_host3_a_run_after_a_killed_one_reports_the_fault_and_moves_nothing(
     start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:

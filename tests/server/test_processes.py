@@ -32,8 +32,6 @@ from full_disk import full_after
 from processes import environment, wait_for_line
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
 
-pytestmark = pytest.mark.realtime
-
 ARM = Path(__file__).parents[1] / "system/observed_arm.py"
 CLIENT = """
 import sys

@@ -20,8 +20,6 @@ from bioscara import Robot
 from bioscara.robot.connection import exit_guard
 from processes import LIMIT, environment, running, wait_for_line, wait_until
 
-pytestmark = pytest.mark.realtime
-
 ROOT = Path(__file__).parents[3]
 RESTING = 0.1
 """Speed below which a joint that brakes is at rest but for its belt [rad/s]."""
