@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import logging
 import os
 import re
 import shutil
@@ -87,6 +88,13 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     ]  # fmt: skip
     for reason in sorted({each for each in reasons if ABSENT in each}):
         terminalreporter.write_line(reason.removeprefix("Skipped: "))
+
+
+def pytest_runtest_teardown() -> None:
+    """Forget where a command has written its log: its standard error ends with its test."""
+    root = logging.getLogger()
+    for handler in [each for each in root.handlers if type(each) is logging.StreamHandler]:
+        root.removeHandler(handler)
 
 
 def pytest_sessionfinish() -> None:

@@ -29,8 +29,8 @@ class Hostile:
     def _raise(self, *_: object) -> NoReturn:
         raise RuntimeError("hostile")
 
-    __float__ = __int__ = __index__ = __len__ = __iter__ = __eq__ = __hash__ = _raise  # type: ignore[assignment]
-    __lt__ = __gt__ = __le__ = __ge__ = __repr__ = __bool__ = __array__ = _raise  # type: ignore[assignment]
+    __float__ = __int__ = __index__ = __len__ = __iter__ = __eq__ = __hash__ = _raise
+    __lt__ = __gt__ = __le__ = __ge__ = __repr__ = __bool__ = __array__ = _raise
 
 
 class Colour(Enum):

@@ -150,11 +150,11 @@ def serve(number: int) -> None:
     signal.set_wakeup_fd(wake)
     waiting: dict[int, int] = {}
     while True:
-        ready, _, _ = select.select([channel, woken], [], [])
+        ready, _, _ = select.select([number, woken], [], [])
         if woken in ready:
             os.read(woken, 4096)
             _report(waiting)
-        if channel not in ready:
+        if number not in ready:
             continue
         message, files, _, _ = socket.recv_fds(channel, 1 << 20, 4)
         if not message:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from tests.system.observed_arm import at_rest, truth
 
 import bioscara.sim
 from bioscara.bus import Bus, Transaction
@@ -22,6 +21,7 @@ from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from flight_records import read_record
 from processes import environment, wait_for_line, wait_until
+from system.observed_arm import at_rest, truth
 
 NAMES = tuple(joint.name for joint in load_parameters().joints)
 

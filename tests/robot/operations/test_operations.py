@@ -15,7 +15,6 @@ from types import FrameType
 from typing import Any, TypeVar
 
 import pytest
-from tests.robot.operations.test_arbiter import GOAL, LONG, START, Gate, Other, Scene
 
 from bioscara.errors import (
     BusyError,
@@ -41,6 +40,7 @@ from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.motions.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import OnCycle, Operation, Status
 from bioscara.sim import FirmwareBus, SimulatedArm
+from robot.operations.test_arbiter import GOAL, LONG, START, Gate, Other, Scene
 from simulated import NEAR
 
 ARM = load_parameters()

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.robot.operations.test_arbiter import Scene as Bench
 
 from bioscara.errors import (
     BioscaraError,
@@ -28,6 +27,7 @@ from bioscara.robot import Robot
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import SimulatedArm
+from robot.operations.test_arbiter import Scene as Bench
 from simulated import NEAR
 
 JAWS = load_parameters().gripper

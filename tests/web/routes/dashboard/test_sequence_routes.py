@@ -104,7 +104,7 @@ def test_each_call_has_its_task() -> None:
             (Frame("bench", Pose(0.3, 0.0, 0.2)),),
         )
     )
-    tasks = [task_of(call) for call in calls(EACH_KIND, with_names)]
+    tasks: list[Any] = [task_of(call) for call in calls(EACH_KIND, with_names)]
     assert tasks.count(None) == 1
     # Each is one that an owner understands.
     for task in filter(None, tasks):
