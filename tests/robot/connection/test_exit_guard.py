@@ -53,6 +53,7 @@ def begin(start: Start, arm: Path, folder: Path) -> Callable[..., subprocess.Pop
             ended_program.__name__,
             kind,
             str(arm),
+            cold=True,
             cwd=folder,
             env=environment(TMPDIR=str(folder)),
             stderr=subprocess.PIPE,
