@@ -21,13 +21,13 @@ import numpy as np
 from benchmarks.arm import NEAR
 from benchmarks.floors import cycle as bare_cycle
 from benchmarks.measure import Row, duration, timed
+from bioscara import Robot
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.hardware import ArmHardware, GripperHardware
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from bioscara.robot.connection.devices import simulated_devices
 from bioscara.robot.connection.stack import TRAJECTORY, Stack
 from bioscara.robot.workspace.workspace import Workspace

@@ -6,8 +6,8 @@ import json
 import sys
 import time
 
+from bioscara import Robot
 from bioscara.control.loop.loop import CycleReport
-from bioscara.robot import Robot
 from bioscara.server.serve import ServeSettings, serving
 
 START = (0.0, 0.2, 0.8, -0.5)

@@ -13,6 +13,7 @@ import toppra
 from benchmarks.arm import NEAR
 from benchmarks.measure import Row, at_most, medians
 from benchmarks.peers import toppra_duration
+from bioscara import Robot
 from bioscara.errors import MotionCancelledError
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
 from bioscara.model import load_parameters
@@ -20,7 +21,6 @@ from bioscara.planning import Trajectory, check
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import REDUCED_SPEED, ToolLimits
 from bioscara.planning.motions.cartesian import linear
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 START, GOAL = Pose(0.45, -0.20, 0.25), Pose(0.35, 0.30, 0.28)

@@ -22,6 +22,7 @@ from benchmarks.owner_process import Arm, served
 from benchmarks.startup import process
 from bioscara.api import framing, runtime
 from bioscara.api import messages as m
+from bioscara.robot import tasks
 
 SAMPLES = 500
 """Samples of which the latency is measured."""
@@ -222,7 +223,7 @@ def _stop(arm: Arm, name: str) -> Row:
     goal = 1.4
     for _ in range(STOPS):
         lease = client.ask(m.AcquireLease(time_to_live=60.0)).lease
-        motion = m.MoveJoints(goal=(goal, 0.2, 0.0, 0.0), velocity_scaling=1.0)
+        motion = tasks.MoveJoints(positions=(goal, 0.2, 0.0, 0.0), velocity_scaling=1.0)
         client.ask(m.Subscribe(events_after=0))
         started = client.ask(m.Start(task=motion), lease.epoch)
         arm.tell("mark")

@@ -10,8 +10,8 @@ import time
 import uvicorn
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 
+from bioscara import Robot
 from bioscara.control.loop.loop import CycleReport
-from bioscara.robot import Robot
 from bioscara.server.serve import ServeSettings, serving
 
 

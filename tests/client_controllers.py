@@ -9,10 +9,10 @@ from typing import Any
 
 import yaml
 
+from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.remote import RemoteRobot
-from bioscara.robot import Robot
 from bioscara.server.serve import Served
 from bioscara.sim import SimulatedArm
 from served import NAME, arm_served, eventually

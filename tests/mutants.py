@@ -915,9 +915,9 @@ MUTANTS = (
     ),
     Mutant(
         "a plan is looked at again when it is executed",
-        "Robot.execute",
-        "checked(plan.trajectory, planner, planned=True)",
-        "plan",
+        "Robot._follow",
+        "checked(trajectory, planner, planned=planned)",
+        'checked(trajectory, planner) if not planned else __import__("bioscara").Plan(trajectory)',
         ("tests/robot/operations/motions/test_follow_trajectory.py",),
     ),
     Mutant(
@@ -2288,7 +2288,7 @@ MUTANTS = (
     Mutant(
         "web: a viewer cannot lift its pause",
         "Relay._as_author",
-        "required_scope(m.Resume()) <= self._client.scope",
+        "m.Resume().required_scope <= self._client.scope",
         "True",
         WEB_RELAY,
     ),
@@ -2307,10 +2307,10 @@ MUTANTS = (
         PAUSES,
     ),
     Mutant(
-        "web: a command that is not listed is for administrators",
-        "scopes.required_scope",
-        "type(command) not in _OPERATE",
-        "False",
+        "web: a task that declares no scope is for administrators",
+        "Start.required_scope",
+        "max(self.scope, self.task.scope)",
+        "self.scope",
         ("tests/web/access/test_scopes.py",),
     ),
     Mutant(

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from bioscara import Robot
 from bioscara.kinematics import Joints, Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach, retract
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
-from bioscara.robot import Robot
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.grids import Grid
 from bioscara.robot.workspace.load import Load
@@ -80,10 +80,13 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Robot.move_joints": (robot.move_joints, {"positions": HALF, **MOVED}),
         "Robot.execute": (robot.execute, {"plan": plan.move_joints(HALF), **WATCHED}),
         "Robot.follow": (robot.follow, {"trajectory": REST, "approach": True, **WATCHED}),
-        "Robot.move_to": (robot.move_to, {"pose": there, **MOVED}),
-        "Robot.move_linear": (robot.move_linear, {"pose": there, **MOVED}),
+        "Robot.move_to": (robot.move_to, {"pose": there, "frame": None, **MOVED}),
+        "Robot.move_linear": (robot.move_linear, {"pose": there, "frame": None, **MOVED}),
         "Robot.move_relative": (robot.move_relative, {**BY, **MOVED}),
-        "Robot.move_circular": (robot.move_circular, {"via": via, "pose": there, **MOVED}),
+        "Robot.move_circular": (
+            robot.move_circular,
+            {"via": via, "pose": there, "frame": None, **MOVED},
+        ),
         "Robot.move_named": (robot.move_named, {"name": "center", **MOVED}),
         "Robot.unfold": (robot.unfold, MOVED),
         "Robot.move_sequence": (robot.move_sequence, {"waypoints": [waypoint], **MOVED}),
@@ -91,7 +94,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "jog(JointVelocity)": (jogging(robot), {"velocity": JointVelocity(0.01)}),
         "jog(ToolVelocity)": (jogging(robot), {"velocity": ToolVelocity(0.001)}),
         # Of a robot that is not connected: one that is watched moves in real time from then on.
-        "Robot.watch": (Robot.simulated().watch, {"priority": None, "speed": 1.0}),
+        "Robot.watch": (Robot.simulated().watch, {"priority": None, "real_time_factor": 1.0}),
         # Of another arm, as one that fails moves no more.
         "Robot.simulate_fault": (
             Robot.simulated().simulate_fault,
@@ -159,14 +162,18 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "TeachTable.frame": (robot.table.frame, {"name": "bench"}),
         "TeachTable.with_frame": (robot.table.with_frame, {"frame": BENCH}),
         "TeachTable.without_frame": (robot.table.without_frame, {"name": "bench"}),
-        "Planner.move_joints": (plan.move_joints, {"goal": HALF, **SCALED}),
-        "Planner.move_to": (plan.move_to, {"pose": there, **SCALED}),
+        "Planner.move_joints": (plan.move_joints, {"positions": HALF, **SCALED}),
+        "Planner.move_to": (plan.move_to, {"pose": there, "frame": None, **SCALED}),
         "Planner.move_named": (plan.move_named, {"name": "center", **SCALED}),
         "Planner.unfold": (plan.unfold, SCALED),
         "Planner.check_width": (plan.check_width, {"width": 0.06}),
-        "Planner.move_linear": (plan.move_linear, {"pose": there, **SCALED}),
+        "Planner.move_linear": (plan.move_linear, {"pose": there, "frame": None, **SCALED}),
         "Planner.move_relative": (plan.move_relative, {**BY, **SCALED}),
-        "Planner.move_circular": (plan.move_circular, {"via": via, "pose": there, **SCALED}),
+        "Planner.move_circular": (
+            plan.move_circular,
+            {"via": via, "pose": there, "frame": None, **SCALED},
+        ),
+        "Planner.pose_of": (plan.pose_of, {"target": there, "frame": None, "via": False}),
         "Planner.move_sequence": (plan.move_sequence, {"waypoints": [waypoint], **SCALED}),
         "waypoint": (lambda waypoint: plan.move_sequence([waypoint]), {"waypoint": waypoint}),
         "waypoint with via": (
@@ -274,6 +281,16 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "pace_homing": False,
                 "pace_motion": False,
                 "controllers_fed": False,
+            },
+        ),
+        "Robot.on_bus": (
+            Robot.on_bus,
+            {
+                "name": "linux:1",
+                "parameters": ARM,
+                "rate": 100,
+                "evidence": Path("faults"),
+                "reduced_speed": True,
             },
         ),
         "Robot.connect": (

@@ -17,13 +17,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
+from bioscara import Robot
 from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.runtime import VARIABLE, find
 from bioscara.drivers import Gripper, Pwm
 from bioscara.model import ArmParameters
-from bioscara.robot import Robot
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.server.serve import Served, ServeSettings, serving
 from bioscara.sim import BenchBus, SimulatedArm, SimulatedServo

@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 import pytest
 
 import bioscara.sim
+from bioscara import Robot
 from bioscara.bus import Bus, FaultyBus, Transaction
 from bioscara.drivers import Joint
 from bioscara.errors import BusTimeoutError, CommunicationError
 from bioscara.model import ArmParameters, JointParameters, load_parameters
 from bioscara.protocol import Flags, Register
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()

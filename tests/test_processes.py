@@ -8,6 +8,7 @@ import signal
 import subprocess
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -127,7 +128,7 @@ def test_a_forked_program_ends_by_a_signal(number: signal.Signals) -> None:
     ],
 )
 def test_a_program_that_needs_an_interpreter_of_its_own_gets_one(
-    words: tuple[str, ...], options: dict[str, object]
+    words: tuple[str, ...], options: dict[str, Any]
 ) -> None:
     with running(*words, **options) as process:
         assert not isinstance(process, Forked)

@@ -141,6 +141,12 @@ def _type(kind: Any) -> str:  # noqa: PLR0911  a case each
     if kind in simple:
         return simple[kind]
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Annotated:
+        said = inner[1].extra_json_schema or {}
+        if "minimum" not in said:
+            return _type(inner[0])
+        limits = f"{said['minimum']:.4g} .. {said['maximum']:.4g} {said.get('x-unit', '')}"
+        return f"{_type(inner[0])}, {limits}".rstrip()
     if origin is tuple:
         if len(inner) == 2 and inner[1] is Ellipsis:
             return f"array of {_type(inner[0])}"

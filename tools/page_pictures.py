@@ -24,7 +24,7 @@ from bioscara import Joints, NamedPose, Robot, Scene, read_scene
 from bioscara.api.runtime import VARIABLE
 from bioscara.errors import BioscaraError
 from bioscara.remote import RemoteRobot
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.tokens import default_path, load_tokens
 
 ARM, PORT = "left", 18099

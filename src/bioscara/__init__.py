@@ -10,6 +10,7 @@ from bioscara.version import __version__ as __version__
 
 TYPE_CHECKING = False  # as in typing, whose import would take longer than that of this module
 if TYPE_CHECKING:
+    from bioscara.connect import Robot as Robot
     from bioscara.errors import BioscaraError as BioscaraError
     from bioscara.errors import BusyError as BusyError
     from bioscara.errors import FaultedError as FaultedError
@@ -50,10 +51,10 @@ if TYPE_CHECKING:
     from bioscara.remote import RemoteRobot as RemoteRobot
     from bioscara.report.recording import Recording as Recording
     from bioscara.robot.operations.operation import Operation as Operation
-    from bioscara.robot.operations.operation import Status as Status
+    from bioscara.robot.operations.running import Running as Running
+    from bioscara.robot.operations.running import Status as Status
     from bioscara.robot.planner import Plan as Plan
     from bioscara.robot.planner import Planner as Planner
-    from bioscara.robot.robot import Robot as Robot
     from bioscara.robot.sequences.running import run_sequence as run_sequence
     from bioscara.robot.sequences.sequence_file import read_sequence as read_sequence
     from bioscara.robot.sequences.steps import StepSequence as StepSequence
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
     from bioscara.units import mm as mm
 
 _MODULES = {
+    "bioscara.connect": ("Robot",),
     "bioscara.errors": (
         "BioscaraError",
         "BusyError",
@@ -123,15 +125,15 @@ _MODULES = {
     ),
     "bioscara.remote": ("RemoteRobot",),
     "bioscara.report.recording": ("Recording",),
-    "bioscara.robot.operations.operation": (
-        "Operation",
+    "bioscara.robot.operations.operation": ("Operation",),
+    "bioscara.robot.operations.running": (
+        "Running",
         "Status",
     ),
     "bioscara.robot.planner": (
         "Plan",
         "Planner",
     ),
-    "bioscara.robot.robot": ("Robot",),
     "bioscara.robot.sequences.running": ("run_sequence",),
     "bioscara.robot.sequences.sequence_file": ("read_sequence",),
     "bioscara.robot.sequences.steps": ("StepSequence",),
@@ -190,6 +192,7 @@ __all__ = [
     "Recording",
     "RemoteRobot",
     "Robot",
+    "Running",
     "Scene",
     "Status",
     "StepSequence",

@@ -7,7 +7,7 @@ import math
 import struct
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any, Literal, get_args, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import msgspec
 import numpy as np
@@ -35,6 +35,8 @@ from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimit, JogLimitation
 from bioscara.report import CycleRecord, JointRecord, Phase
+from bioscara.robot import tasks
+from bioscara.robot.tasks.task import Task
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
@@ -62,6 +64,13 @@ QUALITY = st.sampled_from(get_type_hints(JointRecord)["quality"])
 VALUES: dict[Any, st.SearchStrategy[Any]] = {
     Pose: POSE,
     Load: LOAD,
+    Pose | str: POSE | NAME,
+    tasks.Home: st.builds(
+        tasks.Home,
+        st.none() | st.sampled_from([("j1",), ("j4", "j3")]),
+        st.none() | st.integers(1, 255) | st.just({"j2": 9}),
+        st.none() | st.integers(1, 100) | st.just({"j2": 9}),
+    ),
     Tool: TOOL,
     Waypoint: WAYPOINT,
     JointVelocity: st.builds(JointVelocity, *[NUMBER] * 4),
@@ -107,9 +116,15 @@ VALUES: dict[Any, st.SearchStrategy[Any]] = {
 @functools.cache
 def strategy(kind: Any) -> st.SearchStrategy[Any]:
     """Return values of the type of a field."""
-    origin, inner = getattr(kind, "__origin__", None), get_args(kind)
+    origin, inner = get_origin(kind), get_args(kind)
     if kind in VALUES:
         found = VALUES[kind]
+    elif origin is Annotated:
+        limits = kind.__metadata__[0].extra_json_schema or {}
+        if "minimum" in limits:
+            found = st.floats(limits["minimum"], limits["maximum"])
+        else:
+            found = NAME if inner[0] is str else strategy(inner[0])
     elif kind is type(None):
         found = st.none()
     elif isinstance(kind, type) and issubclass(kind, msgspec.Struct):
@@ -130,14 +145,15 @@ def strategy(kind: Any) -> st.SearchStrategy[Any]:
     return found
 
 
-CLASSES = sorted(
-    {
-        kind
-        for kind in vars(m).values()
-        if isinstance(kind, type) and issubclass(kind, m.ApiMessage) and not kind.__subclasses__()
-    },
-    key=lambda kind: kind.__name__,
-)
+def leaves(base: type[Any]) -> set[type[Any]]:
+    """Return the classes of the package below a base that have none below."""
+    below = base.__subclasses__()
+    if not below:
+        return {base} if base.__module__.startswith("bioscara.") else set()
+    return set().union(*map(leaves, below))
+
+
+CLASSES = sorted({*leaves(m.ApiMessage), *leaves(Task)}, key=lambda kind: kind.__name__)
 
 
 @pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
@@ -155,9 +171,9 @@ def test_a_message_comes_back_as_it_was_sent(kind: type[Any], data: st.DataObjec
 
 
 def test_every_command_and_result_is_one_that_can_be_sent() -> None:
-    for base, union in ((m.Command, m.AnyCommand), (m.Task, m.AnyTask), (m.Result, m.AnyResult)):
-        leaves = {kind for kind in CLASSES if issubclass(kind, base)}
-        assert leaves == set(get_args(union))
+    for base, union in ((m.Command, m.AnyCommand), (Task, m.AnyTask), (m.Result, m.AnyResult)):
+        assert leaves(base) == set(get_args(union))
+    assert set(tasks.TASKS) == set(get_args(tasks.ArmTask)) < set(get_args(m.AnyTask))
 
 
 def test_queries_stop_pause_and_resume_need_no_lease() -> None:

@@ -9,6 +9,7 @@ from tools.api_reference import PAGE, SCHEMA, page, schema
 from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.kinematics import Pose
+from bioscara.robot import tasks
 
 
 def test_the_committed_reference_is_current() -> None:
@@ -27,7 +28,9 @@ def test_every_field_of_every_message_is_described() -> None:
 
 def test_the_schema_has_every_kind_of_message() -> None:
     kinds = json.loads(SCHEMA.read_text())["$defs"]
-    request = m.ClientRequest(id=1, command=m.Start(task=m.MoveTo(pose=Pose(0.4, 0.0, 0.2, 0.0))))
+    request = m.ClientRequest(
+        id=1, command=m.Start(task=tasks.MoveTo(pose=Pose(0.4, 0.0, 0.2, 0.0)))
+    )
     encoded = json.loads(framing.encode_json(request))
     assert set(encoded) == set(kinds["ClientRequest"]["properties"])
     assert set(encoded["command"]["task"]) == set(kinds["MoveTo"]["properties"])

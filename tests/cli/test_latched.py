@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 import bioscara.sim
+from bioscara import Robot
 from bioscara.bus import Bus, Transaction
 from bioscara.cli import main
 from bioscara.errors import CommunicationError
 from bioscara.model import load_parameters
 from bioscara.protocol import Register
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from flight_records import read_record
 from processes import environment, wait_for_line, wait_until

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import FaultyBus, When
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import BusStuckError, JointLostError, OverrunError
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
 from bioscara.sim import SimulatedArm
 from contract.preload import PreloadedBus
 from simulated import ARM, NAMES, simulated_bus

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from bioscara import Robot
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
 from bioscara.hardware import LifecycleState
-from bioscara.robot import Robot
 from bioscara.robot.connection.stack import GRIPPER
 from control.control_stack import NAMES, World
 from unusable_values import judge

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, BrowserContext, Page
 from bioscara import Robot
 from bioscara.errors import LeaseError
 from bioscara.remote import RemoteRobot
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.tokens import load_tokens
 from processes import environment, running, wait_for_line, wait_until
 from ros_environment import absent

@@ -11,7 +11,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
 from bioscara.errors import BioscaraError
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import (
     Site,
     at_rest,

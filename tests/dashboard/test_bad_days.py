@@ -21,7 +21,7 @@ from websockets.sync.client import ClientConnection, connect
 from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.remote import RemoteRobot
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import (
     ARGUMENTS,
     CHROMIUM,

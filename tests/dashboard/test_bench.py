@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, command, open_page
 from processes import wait_until
 

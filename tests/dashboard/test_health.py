@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from bioscara import Robot
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
 from dashboard.rig import Site, command, open_page, wait_for_state
 from processes import wait_until

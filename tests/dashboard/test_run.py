@@ -12,9 +12,8 @@ from playwright.sync_api import Browser, Page
 
 from bioscara import Load, Prism, RemoteRobot, Robot
 from bioscara.api import messages as m
-from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.robot.robot_gripper import RobotGripper
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, moves, open_page, positions, wait_for_state
 from processes import wait_until
 from served import HALF, RawClient
@@ -112,7 +111,7 @@ def test_motion_is_paused_and_resumed(page: Page, left: Site) -> None:
     motion = part(page, "Motion")
     goal = positions(left.robot)[0] + (0.2 if positions(left.robot)[0] < HALF[0] else -0.2)
     moves(left.robot, lambda: page.evaluate("""(goal) => bioscara.start({
-        kind: "move_joints", goal, velocity_scaling: 0.3,
+        kind: "move_joints", positions: goal, velocity_scaling: 0.3,
     })""", [goal, *HALF[1:]]))  # fmt: skip
     motion.get_by_role("button", name="Pause", exact=True).click()
     wait_until(lambda: max(map(abs, left.robot.state.velocities)) < 1e-3, "the arm rests")
@@ -286,7 +285,7 @@ def check(code: str) -> None:
     """Require that code compiles, and that it names only what there is."""
     tree = ast.parse(code)
     compile(tree, "<copied>", "exec")
-    kinds = {"robot": (Robot, RemoteRobot), "robot.gripper": (RobotGripper, RemoteGripper)}
+    kinds = {"robot": (Robot, RemoteRobot), "robot.gripper": (RobotGripper,)}
     imported = set()
     for node in ast.walk(tree):
         match node:

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, CDPSession, Page
 
 from bioscara.errors import BioscaraError
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, open_page, swing, wait_for_state
 from processes import wait_until
 

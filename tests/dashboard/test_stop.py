@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from bioscara.errors import BioscaraError, LeaseError
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
 from processes import wait_until
 

@@ -244,7 +244,7 @@ def test_steps_are_added_edited_and_moved_by_keyboard(panel: Page, left: Site) -
 def take(panel: Page, left: Site, label: str, j1: float) -> Pose:
     """Let the page move the arm, and take a point there; returns where the tool is."""
     panel.evaluate(
-        "(goal) => bioscara.start({kind: 'move_joints', goal})"
+        "(goal) => bioscara.start({kind: 'move_joints', positions: goal})"
         ".then(({goal}) => bioscara.ended(goal))",
         [j1, *HALF[1:]],
     )

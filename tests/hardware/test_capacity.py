@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bioscara import Robot
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import ModeSwitchError
 from bioscara.hardware import LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
-from bioscara.robot import Robot
 from bioscara.robot.connection.stack import HOLD
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.control_stack import NAMES, NEAR, PARAMETERS

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import Bus, Transaction
 from bioscara.drivers import JointSample
 from bioscara.errors import CommunicationError
 from bioscara.protocol import Capability, Register, crc8
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from simulated import ARM, NAMES, NEAR
 

@@ -6,12 +6,12 @@ import logging
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import Transaction
 from bioscara.drivers import Quality
 from bioscara.errors import JointLostError, NoAcknowledgeError
 from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.protocol import Register, ResetCause
-from bioscara.robot import Robot
 from control.control_stack import PARAMETERS
 from drivers.link.test_original import Timed
 from simulated import World

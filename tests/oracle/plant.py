@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bioscara import Robot
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import FollowingError, GoalAbortedError, StalledError
 from bioscara.hardware import LifecycleState
@@ -19,7 +20,6 @@ from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import GRIPPER, HOLD
 from bioscara.robot.operations.execution import MotionExecution, ready

@@ -15,9 +15,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 
+from bioscara import Robot
 from bioscara.errors import HomingError
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from bioscara.robot.operations.motions.homing_order import BEFORE, FOLDED
 from bioscara.sim import FirmwareBus, SimulatedArm
 from oracle.oracle import HAND, JAWS, Hit, Oracle

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from bioscara import Robot
 from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.errors import (
@@ -26,7 +27,6 @@ from bioscara.errors import (
 from bioscara.remote import link as link_module
 from bioscara.remote.link import OwnerLink
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
 from bioscara.server.clients import connection, events
 from bioscara.server.serve import Served, ServeSettings, serving
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot
@@ -234,7 +234,7 @@ def test_records_go_on_after_a_break(
     served: Served, proxy: Proxy, robot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Records of thousands of cycles in a second would keep this process from renewing the lease.
-    monkeypatch.setattr(served.robot.clock, "speed", 5.0)
+    monkeypatch.setattr(served.robot.clock, "real_time_factor", 5.0)
     records: list[CycleRecord] = []
     begun = threading.Event()
 

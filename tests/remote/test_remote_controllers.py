@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from bioscara import Robot
 from bioscara.control.controllers.joint_trajectory import (
     Goal,
     JointTrajectory,
@@ -18,7 +19,6 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.remote import RemoteRobot
-from bioscara.robot import Robot
 from client_controllers import (
     BROADCASTER,
     FORWARD,

@@ -19,6 +19,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
@@ -45,12 +46,11 @@ from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimit
 from bioscara.remote import RemoteRobot
-from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import RemoteOperation
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot
-from bioscara.robot.operations.operation import Operation, Status
-from bioscara.robot.robot_gripper import RobotGripper
+from bioscara.robot.arm_methods import ArmMethods
+from bioscara.robot.operations.operation import Operation
+from bioscara.robot.operations.running import Status
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
@@ -60,7 +60,7 @@ from processes import wait_until
 from served import HALF, NAME, arm_served, eventually, own_robot
 from simulated import NAMES, simulated_bus
 
-WITHOUT_OWNER = {"bus", "clock", "joints", "arm", "simulated", "connect"}
+WITHOUT_OWNER = {"bus", "clock", "joints", "arm", "simulated", "connect", "on_bus"}
 """Names of a robot in this process alone."""
 CLIENT = {"acquire_lease", "release_lease"}
 """Names of a client alone."""
@@ -104,7 +104,7 @@ def arm_of(
         if homed:
             robot.home()
             robot.move_joints(HALF)
-        robot.watch(speed=PACE)
+        robot.watch(real_time_factor=PACE)
         yield Arm(robot, robot)
 
 
@@ -146,7 +146,6 @@ def parameters(function: Any) -> list[tuple[str, Any, Any]]:
     ("own", "remote", "apart"),
     [
         (Robot, RemoteRobot, WITHOUT_OWNER),
-        (RobotGripper, RemoteGripper, set()),
         (
             Operation,
             RemoteOperation,
@@ -260,7 +259,7 @@ def test_homing_from_the_client_returns_at_its_end(kind: str, tmp_path: Path) ->
 def test_refusals_carry_their_class_text_and_data(robot: Any) -> None:
     for call in (robot.move_to, robot.move_linear, lambda pose: robot.move_circular(pose, pose)):
         with pytest.raises(InvalidArgumentError, match=r"give Pose\(x, y, z, yaw\)"):
-            call("center")
+            call((0.3, 0.1, 0.2, 0.0))
     here = robot.pose
     robot.scene = Scene((Box("rack", (here.x - 0.2, here.y - 0.2, 0.0), (here.x, here.y, 0.08)),))
     with pytest.raises(ZoneError) as zone:
@@ -685,4 +684,42 @@ def test_only_the_owner_chooses_how_it_watches(kind: str, robot: Any) -> None:
     robot.watch()
     if kind == "served":
         with pytest.raises(NotSupportedError):
-            robot.watch(speed=2.0)
+            robot.watch(real_time_factor=2.0)
+
+
+def test_asyncio_takes_a_handle_as_a_coroutine(arm: Arm) -> None:
+    robot = arm.robot
+    assert isinstance(robot, ArmMethods)
+    arm.failed = True  # It is closed at the end.
+
+    async def program() -> None:
+        async with robot as same, asyncio.TaskGroup() as group:
+            assert same is robot
+            moved = group.create_task(robot.move_joints(LONG, wait=False))
+            opened = group.create_task(robot.gripper.open(wait=False))
+            await asyncio.gather(moved, opened)
+            assert near(robot.state.positions, LONG)
+            assert opened.result().reached_goal
+            going = asyncio.create_task(robot.move_joints(HALF, wait=False))
+            await asyncio.sleep(0.0)
+            going.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await going
+            assert not robot.is_moving
+
+    asyncio.run(program())
+    assert not robot.is_open
+
+
+def test_a_pose_may_be_a_name_or_in_a_work_frame(robot: Any) -> None:
+    robot.table = robot.table.with_frame(Frame("bench", Pose(0.3, 0.1, 0.0, 0.5)))
+    there = robot.frame("bench").pose(0.05, 0.02, 0.15)
+    robot.move_linear(Pose(0.05, 0.02, 0.15), frame="bench")
+    assert near(robot.pose, there)
+    robot.table = robot.table.with_pose(NamedPose("beside", Joints(*LONG)))
+    robot.move_to("beside")
+    assert near(robot.state.positions, LONG)
+    with pytest.raises(InvalidArgumentError, match="leave the frame bench out"):
+        robot.move_to("beside", frame="bench")
+    with pytest.raises(InvalidArgumentError, match="bench"):
+        robot.move_to(Pose(0.05, 0.02, 0.15), frame="bank")

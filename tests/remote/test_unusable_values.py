@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bioscara.robot import Robot
+from bioscara import Robot
 from bioscara.server.serve import Served
 from robot_calls import calls
 from served import HALF, NAME, arm_served
@@ -18,7 +18,7 @@ OF_THE_OWNER = ("Robot.", "RobotGripper.", "jog(", "attach(", "Box", "Cylinder",
 """Begin of the names of those calls that reach the owner."""
 OF_HOW_MANY = 1 if SHARE == 1 else 10
 """Of how many values one is tried: they are checked as those of a robot in this process are."""
-ELSEWHERE = {"Robot.watch", "Robot.simulated", "Robot.connect", "Scara.solve"}
+ELSEWHERE = {"Robot.watch", "Robot.simulated", "Robot.connect", "Robot.on_bus", "Scara.solve"}
 
 
 class World:

@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, LifecycleError
 from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from bioscara.robot import arm as arm_module
 from bioscara.sim import FirmwareBus, SimulatedArm
 from simulated import NEAR, simulated_robot

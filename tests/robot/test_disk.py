@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import pytest
 
+from bioscara import Robot
 from bioscara.control.loop.loop import CycleReport, Loop
 from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import GripperError, MotionCancelledError
 from bioscara.model import load_parameters
 from bioscara.planning.motions.jog import JointVelocity
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from simulated import NEAR
 

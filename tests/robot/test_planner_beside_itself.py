@@ -11,6 +11,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from bioscara import Robot
 from bioscara.errors import MotionCancelledError, ZoneError
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
@@ -19,7 +20,6 @@ from bioscara.planning.collision.margins import GOAL_SLACK
 from bioscara.planning.collision.scene import Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity
-from bioscara.robot import Robot
 from bioscara.robot.planner import ACCELERATION_SHARE, Planner
 from bioscara.robot.workspace.workspace import Workspace
 from planning.scenes import COUNT

@@ -329,7 +329,7 @@ REMEDIES = (
            elsewhere(), then=elsewhere(approach=True)),
     Remedy("an unknown pose", e.InvalidArgumentError, "did you mean center?",
            lambda w: w.robot.move_named("centre"), then=lambda w: w.robot.move_named("center")),
-    Remedy("a gripper width in millimetres", e.GoalRejectedError,
+    Remedy("a gripper width in millimetres", e.LimitError,
            "give a width between these, in metres",
            lambda w: w.robot.gripper.move(60.0), then=lambda w: w.robot.gripper.move(0.06)),
     Remedy("a misspelt attribute", AttributeError, "did you mean speed_override?",

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bioscara import Robot
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
     BioscaraError,
@@ -32,7 +33,6 @@ from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot
 from bioscara.robot.connection.devices import simulated_devices
 from bioscara.robot.operations.motions.home import Home
 from bioscara.sim import BenchBus, FirmwareBus

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import Bus, FaultyBus, Transaction, When
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.drivers import Gripper, Pwm, Quality
@@ -20,7 +21,6 @@ from bioscara.model import load_parameters
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.protocol import Register, ResetCause
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from simulated import NEAR
 

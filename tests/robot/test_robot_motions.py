@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bioscara import Robot
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import (
     InvalidArgumentError,
@@ -28,7 +29,6 @@ from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimit, JogLimitation
 from bioscara.planning.motions.waypoints import Motion, Waypoint
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from bioscara.robot import Robot
+from bioscara import Robot
 from bioscara.robot.planner import Planner
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.workspace.poses import TeachTable

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bioscara import Robot
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning.motions.jog import ToolVelocity
 from bioscara.planning.motions.waypoints import Waypoint
-from bioscara.robot import Robot
 from bioscara.robot.workspace.tools import Tool
 from simulated import homed_robot
 
@@ -79,7 +79,7 @@ WRONG: list[tuple[Call, str]] = [
     ),
     (lambda r: setattr(r, "scene", None), r"^the scene is None; give Scene\(\.\.\.\)$"),
     (lambda r: setattr(r, "table", None), "^the table is None; give a TeachTable$"),
-    (lambda r: r.move_named(3), "^there is no pose 3"),
+    (lambda r: r.move_named(3), "^name is 3; give a text$"),
     (lambda r: setattr(r, "tool", None), "^there is no tool None"),
     (
         lambda r: r.jog(ToolVelocity(0.1)),

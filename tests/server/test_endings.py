@@ -102,11 +102,12 @@ def test_who_waits_for_the_lease_does_not_get_it_by_a_stop(
 FINISHING = """
 import sys
 from bioscara.api import messages as m
+from bioscara.robot import tasks
 from served import RawClient
 
 with RawClient("finishing") as client:
     epoch = client.acquire()
-    task = m.MoveJoints(goal=tuple(map(float, sys.argv[1:])), velocity_scaling=0.05)
+    task = tasks.MoveJoints(positions=tuple(map(float, sys.argv[1:])), velocity_scaling=0.05)
     client.request(m.Start(task=task, on_lease_loss="finish"), epoch)
     print("begun", flush=True)
     sys.stdin.readline()

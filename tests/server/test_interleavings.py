@@ -15,11 +15,12 @@ from typing import Any
 
 import pytest
 
+from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, LeaseError
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
+from bioscara.robot import tasks
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory
 from bioscara.server.clients.client import Later
 from bioscara.server.owner import Owner
@@ -194,13 +195,13 @@ class Interleaving:
         positions[1] = 0.2
         task = self.choice.choice(
             (
-                m.MoveJoints(goal=tuple(positions)),
-                m.MoveJoints(goal=tuple(positions), velocity_scaling=0.1),
-                m.JogTask(),
-                m.EnableTask(),
-                m.OpenGripperTask(),
-                m.SetReducedSpeed(reduced=True),
-                m.MoveNamed(name="nowhere"),
+                tasks.MoveJoints(positions=tuple(positions)),
+                tasks.MoveJoints(positions=tuple(positions), velocity_scaling=0.1),
+                m.Jog(),
+                tasks.Enable(),
+                tasks.OpenGripper(),
+                tasks.SetReducedSpeed(reduced=True),
+                tasks.MoveNamed(name="nowhere"),
             )
         )
         command = m.Start(task=task, on_lease_loss=self.choice.choice(("stop", "finish")))
@@ -406,7 +407,7 @@ def test_a_motion_whose_lease_is_taken_before_it_is_a_goal_is_stopped(
     run = Interleaving(robot, 0)
     first, second, _ = run.clients
     state: Any = run.owner.handle(first, m.AcquireLease(), None)
-    task = m.MoveJoints(goal=(0.4, *HALF[1:]))
+    task = tasks.MoveJoints(positions=(0.4, *HALF[1:]))
     start = m.Start(task=task, on_lease_loss="finish")
     later: Any = run.owner.handle(first, start, state.lease.epoch)
     try:

@@ -15,12 +15,12 @@ from typing import Any
 
 import pytest
 
+from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.api.runtime import OwnerClaim, find, owners
 from bioscara.errors import BioscaraError, BusyOwnerError, FaultedError, OwnerLostError
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.remote import RemoteRobot
-from bioscara.robot import Robot
 from bioscara.ros.owner_process import require_free
 from bioscara.server import overlay_file
 from bioscara.server.clients.client import Later
@@ -36,19 +36,20 @@ ARM = Path(__file__).parents[1] / "system/observed_arm.py"
 CLIENT = """
 import sys
 from bioscara.api import messages as m
+from bioscara.robot import tasks
 from served import RawClient
 
 task, on_loss, time_to_live = sys.argv[1], sys.argv[2], float(sys.argv[3])
-tasks = {
-    "follow": m.MoveJoints(goal=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05),
-    "jog": m.JogTask(),
-    "jaws": m.OpenGripperTask(),
+known = {
+    "follow": tasks.MoveJoints(positions=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05),
+    "jog": m.Jog(),
+    "jaws": tasks.OpenGripper(),
 }
 with RawClient("doomed") as client:
     epoch = client.acquire(time_to_live=time_to_live)
     print("lease", flush=True)
-    if task in tasks:
-        client.request(m.Start(task=tasks[task], on_lease_loss=on_loss), epoch)
+    if task in known:
+        client.request(m.Start(task=known[task], on_lease_loss=on_loss), epoch)
         print("begun", flush=True)
     while True:
         client.request(m.RenewLease(), epoch)

@@ -16,6 +16,7 @@ from bioscara.errors import (
     LimitError,
     NotSupportedError,
 )
+from bioscara.robot import tasks
 from bioscara.server.serve import Served, ServeSettings, serving
 from bioscara.sim import FirmwareBus
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
@@ -38,7 +39,7 @@ def faults(client: RawClient) -> list[str]:
 def test_the_arm_fails_and_recovers_once_the_fault_is_over(fault: str, value: float) -> None:
     with arm_served(speed=20.0) as served, RawClient() as client:
         epoch = client.acquire()
-        client.request(m.Start(task=m.EnableTask()), epoch)
+        client.request(m.Start(task=tasks.Enable()), epoch)
         eventually(lambda: served.owner.sample.enabled)
         apply(client, fault, value)
         eventually(lambda: served.robot.faults)
@@ -85,7 +86,7 @@ def test_a_client_that_connects_later_sees_the_simulated_faults() -> None:
 
 def test_a_second_client_lets_the_arm_fail_while_the_first_one_moves_it() -> None:
     with arm_served(speed=20.0) as served, RawClient("one") as one, RawClient("two") as two:
-        task = m.MoveJoints(goal=(0.9, *HALF[1:]), velocity_scaling=0.05)
+        task = tasks.MoveJoints(positions=(0.9, *HALF[1:]), velocity_scaling=0.05)
         begun = one.request(m.Start(task=task), one.acquire())
         eventually(lambda: served.robot.is_moving)
         apply(two, "hang", joint="j3")
@@ -117,7 +118,7 @@ def test_the_speed_of_time_can_be_chosen_while_the_arm_moves() -> None:
     with arm_served(speed=1.0) as served, RawClient() as client:
         epoch = client.acquire()
         goal = tuple(here + 0.4 for here in HALF[:1]) + HALF[1:]
-        client.request(m.Start(task=m.MoveJoints(goal=goal, velocity_scaling=0.05)), epoch)
+        client.request(m.Start(task=tasks.MoveJoints(positions=goal, velocity_scaling=0.05)), epoch)
         for speed in (5.0, 0.5, 1.0):
             client.request(m.SetSimulationSpeed(speed), epoch)
             assert client.request(m.GetSimulation()).speed == speed
@@ -137,7 +138,7 @@ def test_a_speed_that_cannot_be_is_refused() -> None:
                 client.request(m.SetSimulationSpeed(speed), epoch)
         with pytest.raises(InvalidArgumentError):
             client.request(m.SetSimulationSpeed(math.nan), epoch)
-        assert served.robot.arm.session.clock.speed == 50.0  # type: ignore[attr-defined]
+        assert served.robot.arm.session.clock.real_time_factor == 50.0  # type: ignore[attr-defined]
 
 
 def test_a_program_chooses_faults_and_speed() -> None:
@@ -145,7 +146,7 @@ def test_a_program_chooses_faults_and_speed() -> None:
         robot.simulate_fault("push", "j1", 1.0)
         robot.set_simulation_speed(20.0)
         state = robot.simulation
-        assert state.speed == served.robot.arm.session.clock.speed == 20.0  # type: ignore[attr-defined]
+        assert state.speed == served.robot.arm.session.clock.real_time_factor == 20.0  # type: ignore[attr-defined]
         assert [(each.fault, each.joint) for each in state.faults] == [("push", "j1")]
         robot.simulate_fault("clear")
         assert robot.simulation.faults == ()

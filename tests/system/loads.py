@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from bioscara import Robot
 from bioscara.clock import SimulatedClock
 from bioscara.kinematics import Joints, batch
 from bioscara.model import load_parameters
-from bioscara.robot import Robot, kinematics_of
+from bioscara.robot import kinematics_of
 from bioscara.sim import FirmwareBus
 from simulated import simulated_bus
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
+from bioscara import Robot
 from bioscara.errors import BioscaraError
-from bioscara.robot import Robot
 from system.observed_arm import START
 
 THERE = (-1.0, 0.22, 0.5, 0.0)

@@ -14,8 +14,8 @@ import sys
 import time
 from pathlib import Path
 
+from bioscara import Robot
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, serve
 from bioscara.sim.simulated_arm import JOINTS
 from simulated import NEAR

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bioscara import Robot
 from bioscara.errors import BioscaraError
 from bioscara.kinematics import Joints
-from bioscara.robot import Robot
 from bioscara.robot.planner import Plan
 from system.loads import NAMES, Loads
 

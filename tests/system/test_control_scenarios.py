@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, JointTrajectory, Point
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
@@ -30,7 +31,6 @@ from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
 from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot
 from bioscara.robot.connection.stack import HOLD, TRAJECTORY
 from flight_records import read_record
 from simulated import home_error, simulated_bus

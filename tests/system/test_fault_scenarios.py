@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import Direction, FaultyBus, Transaction, When
 from bioscara.drivers import Joint, Setpoint, track
 from bioscara.errors import (
@@ -26,7 +27,6 @@ from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
 from bioscara.protocol import WRITE, Fault, JointState, Register, ResetCause
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from simulated import NEAR, simulated_robot
 

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from bioscara import Robot
 from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
@@ -25,7 +26,6 @@ from bioscara.errors import (
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
 from bioscara.sim import SimulatedArm
 from laws import examples
 from simulated import NAMES, clock_is_held, home_error, simulated_robot

@@ -14,13 +14,13 @@ from typing import IO
 
 import pytest
 
+from bioscara import Robot
 from bioscara.clock import MonotonicClock
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.drivers import Joint
 from bioscara.errors import FaultedError, JointFaultError, NotEnabledError
 from bioscara.model import load_parameters
 from bioscara.protocol import Fault, JointState
-from bioscara.robot import Robot
 from bioscara.sim import SocketBus
 from bioscara.sim.server import _PATIENCE
 from processes import environment, running, wait_for_line, wait_until

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from flight_records import read_record
 from processes import environment, running, wait_for_line, wait_until
 from system.observed_arm import at_rest, truth

@@ -17,9 +17,9 @@ import httpx
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from bioscara.robot import Robot
+from bioscara import Robot
+from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served, ServeSettings, serving
-from bioscara.web.access.scopes import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
 from processes import wait_until
 

@@ -11,9 +11,9 @@ import httpx
 import pytest
 from starlette.routing import WebSocketRoute
 
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.browser_sessions import LIFETIME
 from bioscara.web.access.rate_limit import RateLimits
-from bioscara.web.access.scopes import Scope
 from bioscara.web.routes.page import ASSETS
 from entries import entry
 from web.gateways import LIMIT, Site, site

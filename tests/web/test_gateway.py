@@ -17,9 +17,9 @@ from websockets.asyncio.client import connect
 
 from bioscara.api import runtime
 from bioscara.errors import AccessError, ConfigurationError, OwnerLostError
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web import gateway as gateway_module
 from bioscara.web.access.certificates import fingerprint, self_signed
-from bioscara.web.access.scopes import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
 from web.gateways import Site, WebClientOfTest, arm, running_gateway
 

@@ -25,8 +25,11 @@ from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimitation
-from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.report import CycleRecord
+from bioscara.robot import tasks
+from bioscara.robot.tasks.scope import Scope
+from bioscara.robot.tasks.task import Task
+from bioscara.robot.tasks.workspace import WorkspaceChange
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool
@@ -260,137 +263,16 @@ class LeaseValue(Value, frozen=True):
     remaining: float
 
 
-# Tasks, one for each goal.
+# Tasks that need the owner; the others are those of the arm itself, bioscara.robot.tasks.
 
 
-class Task(ApiMessage, frozen=True, forbid_unknown_fields=True):
-    """Base of the tasks of a goal."""
+class OwnerTask(Task, frozen=True):
+    """Base of the tasks of a goal that only an owner can carry out."""
+
+    scope = Scope.OPERATE
 
 
-class PlannedMotion(Task, frozen=True, kw_only=True):
-    """A motion that is planned, then executed; ``kind`` is its method of ``robot.plan``.
-
-    Attributes:
-        velocity_scaling: Share of the speed limits to use, 0.001 to 1.
-        acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
-    """
-
-    velocity_scaling: float = 1.0
-    acceleration_scaling: float = 1.0
-
-
-class MoveJoints(PlannedMotion, frozen=True, kw_only=True, tag="move_joints"):
-    """Move all joints to positions.
-
-    Attributes:
-        goal: One for each joint.
-    """
-
-    goal: tuple[float, ...]
-
-
-class MoveTo(PlannedMotion, frozen=True, kw_only=True, tag="move_to"):
-    """Move to a pose by the closest joint solution.
-
-    Attributes:
-        pose: Goal pose of the tool.
-    """
-
-    pose: Pose
-
-
-class MoveLinear(PlannedMotion, frozen=True, kw_only=True, tag="move_linear"):
-    """Move to a pose along a line.
-
-    Attributes:
-        pose: Goal pose of the tool.
-    """
-
-    pose: Pose
-
-
-class MoveRelative(PlannedMotion, frozen=True, kw_only=True, tag="move_relative"):
-    """Move along a line by a displacement along the axes of the base.
-
-    Attributes:
-        x: Along x.
-        y: Along y.
-        z: Along z.
-        yaw: Rotation about the vertical.
-    """
-
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
-    yaw: float = 0.0
-
-
-class MoveCircular(PlannedMotion, frozen=True, kw_only=True, tag="move_circular"):
-    """Move to a pose along an arc through another one.
-
-    Attributes:
-        via: Pose on the arc; its yaw is not used.
-        pose: Goal pose of the tool.
-    """
-
-    via: Pose
-    pose: Pose
-
-
-class MoveNamed(PlannedMotion, frozen=True, kw_only=True, tag="move_named"):
-    """Move to a pose of the teach table.
-
-    Attributes:
-        name: Name of the pose.
-    """
-
-    name: str
-
-
-class MoveSequence(PlannedMotion, frozen=True, kw_only=True, tag="move_sequence"):
-    """Move along waypoints with rounded corners.
-
-    Attributes:
-        waypoints: The waypoints.
-    """
-
-    waypoints: tuple[Waypoint, ...]
-
-
-class Unfold(PlannedMotion, frozen=True, kw_only=True, tag="unfold"):
-    """Open the elbow alone."""
-
-
-Motion = (
-    MoveJoints
-    | MoveTo
-    | MoveLinear
-    | MoveRelative
-    | MoveCircular
-    | MoveNamed
-    | MoveSequence
-    | Unfold
-)
-"""The motions that can be planned."""
-
-
-class HomeTask(Task, frozen=True, tag="home"):
-    """Home the joints that are not homed, or chosen ones.
-
-    Attributes:
-        sensitivity: Position error that counts as a touch: one for all joints, by their names, or
-            null for the configured ones.
-        current: Drive current [%], likewise.
-        joints: Names of the joints to home, also where they are homed; null for all that are not.
-            Refused where another joint has to be homed before.
-    """
-
-    sensitivity: int | dict[str, int] | None = None
-    current: int | dict[str, int] | None = None
-    joints: tuple[str, ...] | None = None
-
-
-class Follow(Task, frozen=True, tag="follow"):
+class Follow(OwnerTask, frozen=True, tag="follow"):
     """Follow a trajectory.
 
     Attributes:
@@ -406,7 +288,7 @@ class Follow(Task, frozen=True, tag="follow"):
     upload: int = 0
 
 
-class Execute(Task, frozen=True, tag="execute"):
+class Execute(OwnerTask, frozen=True, tag="execute"):
     """Execute a plan that was made before.
 
     Attributes:
@@ -416,7 +298,7 @@ class Execute(Task, frozen=True, tag="execute"):
     plan: int
 
 
-class JogTask(Task, frozen=True, tag="jog"):
+class Jog(OwnerTask, frozen=True, tag="jog"):
     """Move by streamed velocities, until :class:`EndJog`.
 
     With an expiry the jog ends once no velocity has arrived for that time: the arm comes to rest on
@@ -433,83 +315,6 @@ class JogTask(Task, frozen=True, tag="jog"):
     expiry: float | None = None
     joints: JointVelocity | None = None
     tool: ToolVelocity | None = None
-
-
-class MoveGripperTask(Task, frozen=True, tag="move_gripper"):
-    """Move the jaws to a width.
-
-    Attributes:
-        width: Width between the jaws.
-    """
-
-    width: float
-
-
-class OpenGripperTask(Task, frozen=True, tag="open_gripper"):
-    """Move the jaws to their largest width."""
-
-
-class CloseGripperTask(Task, frozen=True, tag="close_gripper"):
-    """Move the jaws to their smallest width."""
-
-
-class GraspTask(Task, frozen=True, tag="grasp"):
-    """Close the jaws on a load, then attach it.
-
-    Attributes:
-        load: The load.
-        width: Its width between the jaws; null for that of its shape.
-        squeeze: By how much the commanded width is smaller; null for the usual one.
-    """
-
-    load: Load
-    width: float | None = None
-    squeeze: float | None = None
-
-
-class ReleaseLoad(Task, frozen=True, tag="release_load"):
-    """Open the jaws, then detach the load.
-
-    Attributes:
-        opening: By how much they open; null for the usual one.
-    """
-
-    opening: float | None = None
-
-
-class EnableTask(Task, frozen=True, tag="enable"):
-    """Enable all joints at their positions."""
-
-
-class DisableTask(Task, frozen=True, tag="disable"):
-    """Bring all joints to rest and disable them."""
-
-
-class EnableGripperTask(Task, frozen=True, tag="enable_gripper"):
-    """Drive the servo of the gripper."""
-
-
-class DisableGripperTask(Task, frozen=True, tag="disable_gripper"):
-    """Release the servo of the gripper."""
-
-
-class AcknowledgeTask(Task, frozen=True, tag="acknowledge"):
-    """Acknowledge the faults and write their evidence."""
-
-
-class RecoverTask(Task, frozen=True, tag="recover"):
-    """Clear acknowledged faults."""
-
-
-class WorkspaceChange(Task, frozen=True, kw_only=True):
-    """A change of the workspace.
-
-    Attributes:
-        revision: Number of the workspace that it applies to; null for any. Refused with a
-            ConflictError if another client has changed the workspace since.
-    """
-
-    revision: int | None = None
 
 
 class SetScene(WorkspaceChange, frozen=True, kw_only=True, tag="set_scene"):
@@ -538,69 +343,11 @@ class SetTable(WorkspaceChange, frozen=True, kw_only=True, tag="set_table"):
     save: bool = True
 
 
-class SetTool(WorkspaceChange, frozen=True, kw_only=True, tag="set_tool"):
-    """Mount another tool of the table.
+Motion = tasks.Motion
+"""The motions that can be planned."""
 
-    Attributes:
-        name: Its name.
-    """
-
-    name: str
-
-
-class SetReducedSpeed(WorkspaceChange, frozen=True, kw_only=True, tag="set_reduced_speed"):
-    """Let the tool keep to 250 mm/s, or not.
-
-    Attributes:
-        reduced: Whether it does.
-    """
-
-    reduced: bool
-
-
-class AttachTask(WorkspaceChange, frozen=True, kw_only=True, tag="attach"):
-    """Declare that the tool carries a load.
-
-    Attributes:
-        load: The load.
-    """
-
-    load: Load
-
-
-class DetachTask(WorkspaceChange, frozen=True, kw_only=True, tag="detach"):
-    """Declare that the tool carries nothing."""
-
-
-class ConfirmScene(WorkspaceChange, frozen=True, kw_only=True, tag="confirm_scene"):
-    """Declare that scene, tool and load, which are those of the owner's last run, still hold."""
-
-
-AnyTask = (
-    Motion
-    | HomeTask
-    | Follow
-    | Execute
-    | JogTask
-    | MoveGripperTask
-    | OpenGripperTask
-    | CloseGripperTask
-    | GraspTask
-    | ReleaseLoad
-    | EnableTask
-    | DisableTask
-    | EnableGripperTask
-    | DisableGripperTask
-    | AcknowledgeTask
-    | RecoverTask
-    | SetScene
-    | SetTable
-    | SetTool
-    | SetReducedSpeed
-    | AttachTask
-    | DetachTask
-    | ConfirmScene
-)
+AnyTask = tasks.ArmTask | Follow | Execute | Jog | SetScene | SetTable
+"""What a goal can be."""
 
 
 # Commands: the bodies of requests.
@@ -610,14 +357,26 @@ class Command(ApiMessage, frozen=True, forbid_unknown_fields=True):
     """Base of the commands.
 
     Attributes:
+        scope: The right that a client needs.
         needs_lease: Whether the request has to carry the epoch of a lease.
+        slow: Whether its answer takes longer than a control cycle, as it plans or reads a file: of
+            those, a client has a limited number in work.
     """
 
+    scope: ClassVar[Scope] = Scope.ADMIN
     needs_lease: ClassVar[bool] = False
+    slow: ClassVar[bool] = False
+
+    @property
+    def required_scope(self) -> Scope:
+        """The right that a client needs for this very command."""
+        return self.scope
 
 
 class Query(Command, frozen=True):
     """Base of the commands that change nothing: carried out again when they come again."""
+
+    scope = Scope.VIEW
 
 
 class Start(Command, frozen=True, kw_only=True, tag="start"):
@@ -631,12 +390,19 @@ class Start(Command, frozen=True, kw_only=True, tag="start"):
         records: Whether the client gets a :class:`GoalCycle` at the end of each control cycle.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
+    slow = True
 
     task: AnyTask
     timeout: float | None = None
     on_lease_loss: OnLeaseLoss = "stop"
     records: bool = False
+
+    @property
+    def required_scope(self) -> Scope:
+        """The right that a client needs: also that of the task."""
+        return max(self.scope, self.task.scope)
 
 
 class AddPoints(Command, frozen=True, kw_only=True, tag="add_points"):
@@ -647,14 +413,16 @@ class AddPoints(Command, frozen=True, kw_only=True, tag="add_points"):
         upload: Number of the upload that they continue; 0 begins one.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
+    slow = True
 
     points: TrajectoryValue
     upload: int = 0
 
 
 class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity"):
-    """Set the velocity of a jog; without another one in time the arm rests, see :class:`JogTask`.
+    """Set the velocity of a jog; without another one in time the arm rests, see :class:`Jog`.
 
     Attributes:
         goal: Number of the jog.
@@ -662,7 +430,8 @@ class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity")
         tool: Velocity of the tool, or null; one of the two is given.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
     goal: int
     joints: JointVelocity | None = None
@@ -676,7 +445,8 @@ class EndJog(Command, frozen=True, tag="end_jog"):
         goal: Its number.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
     goal: int
 
@@ -688,7 +458,8 @@ class Cancel(Command, frozen=True, tag="cancel"):
         goal: Its number.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
     goal: int
 
@@ -700,7 +471,8 @@ class PauseGoal(Command, frozen=True, tag="pause_goal"):
         goal: Its number.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
     goal: int
 
@@ -712,7 +484,8 @@ class ResumeGoal(Command, frozen=True, tag="resume_goal"):
         goal: Its number.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
     goal: int
 
@@ -728,6 +501,8 @@ class Pause(Command, frozen=True, tag="pause"):
             operate the arm.
     """
 
+    scope = Scope.VIEW
+
     may_resume: bool = True
 
 
@@ -737,6 +512,8 @@ class Resume(Command, frozen=True, tag="resume"):
     Motion continues when no pause is left. Refused if the arm is paused by others alone.
     """
 
+    scope = Scope.OPERATE
+
 
 class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
     """Set the share of the planned speed at which the arm moves, 0 to 1.
@@ -745,13 +522,16 @@ class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
         share: The share.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
     share: float
 
 
 class StopAll(Command, frozen=True, tag="stop"):
     """Stop all motion on its path; needs no lease, and revokes that of another client."""
+
+    scope = Scope.VIEW
 
 
 class SimulateFault(Command, frozen=True, tag="simulate_fault"):
@@ -771,6 +551,9 @@ class SimulateFault(Command, frozen=True, tag="simulate_fault"):
             0 to 1. Null for the one that begins it, where it is a switch.
     """
 
+    scope = Scope.OPERATE
+    slow = True
+
     fault: str
     joint: str = ""
     value: float | None = None
@@ -783,7 +566,8 @@ class SetSimulationSpeed(Command, frozen=True, tag="set_simulation_speed"):
         speed: Simulated time in a second of real time, 0.1 to 20.
     """
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
     speed: float
 
@@ -794,6 +578,8 @@ class MakePlan(Query, frozen=True, tag="make_plan"):
     Attributes:
         motion: The motion.
     """
+
+    slow = True
 
     motion: Motion
 
@@ -807,7 +593,8 @@ class LoadController(Command, frozen=True, kw_only=True, tag="load_controller"):
         parameters: Its parameters, as in its section of a parameter file of ROS.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     name: str
     type: str
@@ -821,7 +608,8 @@ class ConfigureController(Command, frozen=True, tag="configure_controller"):
         name: Its name.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     name: str
 
@@ -833,7 +621,8 @@ class CleanupController(Command, frozen=True, tag="cleanup_controller"):
         name: Its name.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     name: str
 
@@ -845,7 +634,8 @@ class UnloadController(Command, frozen=True, tag="unload_controller"):
         name: Its name.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     name: str
 
@@ -862,7 +652,8 @@ class SwitchControllers(Command, frozen=True, tag="switch_controllers"):
         strict: Whether one that cannot be switched refuses all.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     activate: tuple[str, ...] = ()
     deactivate: tuple[str, ...] = ()
@@ -877,7 +668,8 @@ class SetHardwareState(Command, frozen=True, tag="set_hardware_state"):
         state: ``unconfigured``, ``inactive``, ``active`` or ``finalized``.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     component: str
     state: str
@@ -891,7 +683,7 @@ class AddGoalPoints(Command, frozen=True, kw_only=True, tag="add_goal_points"):
         upload: Number of the upload that they continue; 0 begins one.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
 
     points: tuple[Point, ...]
     upload: int = 0
@@ -906,7 +698,8 @@ class FollowGoal(Command, frozen=True, kw_only=True, tag="follow_goal"):
         upload: Number of the upload with the points before its own; 0 for none.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     controller: str
     goal: Goal
@@ -922,7 +715,8 @@ class StreamTrajectory(Command, frozen=True, kw_only=True, tag="stream_trajector
         upload: Number of the upload with the points before its own; 0 for none.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     controller: str
     trajectory: JointTrajectory
@@ -937,7 +731,8 @@ class SendGripperGoal(Command, frozen=True, tag="send_gripper_goal"):
         goal: The goal.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     controller: str
     goal: GripperGoal
@@ -952,7 +747,8 @@ class TriggerHoming(Command, frozen=True, tag="trigger_homing"):
         command: Its sign is the direction; 0 stops.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     controller: str
     joint: str
@@ -967,7 +763,7 @@ class CommandController(Command, frozen=True, tag="command_controller"):
         values: One for each of its joints.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
 
     controller: str
     values: tuple[float, ...]
@@ -981,7 +777,8 @@ class CancelControllerGoal(Command, frozen=True, tag="cancel_controller_goal"):
         goal: Number of the goal.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     controller: str
     goal: int
@@ -995,7 +792,8 @@ class SetControllerScaling(Command, frozen=True, tag="set_controller_scaling"):
         factor: The share; 0 pauses. The arm's own speed override applies too.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     controller: str
     factor: float
@@ -1010,7 +808,8 @@ class SetControllerParameters(Command, frozen=True, tag="set_controller_paramete
             ``gains`` are all of its gains, and a joint that is left out has the defaults.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     controller: str
     parameters: dict[str, Any]
@@ -1024,6 +823,8 @@ class QueryController(Query, frozen=True, tag="query_controller"):
         time: A time within its trajectory, on the arm's clock.
     """
 
+    slow = True
+
     controller: str
     time: float
 
@@ -1036,6 +837,8 @@ class GetIntrospection(Query, frozen=True, tag="get_introspection"):
             names are those of ros2_control behind ``diagnostics.threshold.``, in Hz and us.
     """
 
+    slow = True
+
     thresholds: dict[str, float] = {}
 
 
@@ -1047,20 +850,29 @@ class AcquireLease(Command, frozen=True, kw_only=True, tag="acquire_lease"):
         force: Whether to take it from another client; all clients get the event.
     """
 
+    scope = Scope.OPERATE
+
     time_to_live: float = 2.0
     force: bool = False
+
+    @property
+    def required_scope(self) -> Scope:
+        """The right that a client needs: to take it from another client, ADMIN."""
+        return Scope.ADMIN if self.force else self.scope
 
 
 class RenewLease(Command, frozen=True, tag="renew_lease"):
     """Let the lease lapse later; answered by :class:`LeaseState`."""
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
 
 class ReleaseLease(Command, frozen=True, tag="release_lease"):
     """Give the lease back; goals that would be stopped by its lapse are stopped."""
 
-    needs_lease: ClassVar[bool] = True
+    scope = Scope.OPERATE
+    needs_lease = True
 
 
 class GetState(Query, frozen=True, tag="get_state"):
@@ -1083,6 +895,8 @@ class GetHistory(Query, frozen=True, kw_only=True, tag="get_history"):
         end: Last time; null for now.
         points: Largest number of points, 2 to 5000.
     """
+
+    slow = True
 
     begin: float
     end: float | None = None
@@ -1114,6 +928,8 @@ class GetTrajectories(Query, frozen=True, tag="get_trajectories"):
         goal: Its number.
     """
 
+    slow = True
+
     goal: int
 
 
@@ -1132,9 +948,13 @@ class GetJoints(Query, frozen=True, tag="get_joints"):
     those that were read last.
     """
 
+    slow = True
+
 
 class GetParameters(Query, frozen=True, tag="get_parameters"):
     """Ask for the :class:`ParametersState`: the overlay of this arm."""
+
+    slow = True
 
 
 class SetParameters(Command, frozen=True, kw_only=True, tag="set_parameters"):
@@ -1145,7 +965,8 @@ class SetParameters(Command, frozen=True, kw_only=True, tag="set_parameters"):
         revision: Number of the overlay that it replaces.
     """
 
-    needs_lease: ClassVar[bool] = True
+    needs_lease = True
+    slow = True
 
     overlay: str
     revision: int
@@ -1166,6 +987,8 @@ class GetFlightRecord(Query, frozen=True, tag="get_flight_record"):
         name: One of the list.
     """
 
+    slow = True
+
     name: str
 
 
@@ -1180,6 +1003,8 @@ class Report(Command, frozen=True, tag="report"):
         text: A sentence of up to 500 characters.
     """
 
+    scope = Scope.OPERATE
+
     text: str
 
 
@@ -1189,6 +1014,8 @@ class GetLog(Command, frozen=True, tag="get_log"):
     Attributes:
         after: Number of the line after which to begin.
     """
+
+    scope = Scope.VIEW
 
     after: int = 0
 
@@ -1206,6 +1033,8 @@ class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
             :class:`Received`; 0 for no limit. For clients that read without processing: a browser
             takes megabytes for a page that stands still, and would show them late.
     """
+
+    scope = Scope.VIEW
 
     states: bool = False
     period: float = 0.0
@@ -1225,6 +1054,8 @@ class Recall(Command, frozen=True, tag="recall"):
     Attributes:
         request: Its number.
     """
+
+    scope = Scope.VIEW
 
     request: int
 

@@ -23,7 +23,7 @@ def parameters_from(options: Options) -> ArmParameters:
     """
     if options.arm is not None:
         # Imported here: to plan needs no robot.
-        from bioscara.robot import Robot  # noqa: PLC0415
+        from bioscara.connect import Robot  # noqa: PLC0415
 
         options.parameters = None
         with Robot.connect(f"arm:{options.arm}") as robot:

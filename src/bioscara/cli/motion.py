@@ -35,7 +35,7 @@ from bioscara.kinematics import Joints
 from bioscara.kinematics.pose import wrapped
 from bioscara.model import ArmParameters
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 
 
 class Progress:
@@ -55,7 +55,7 @@ class Progress:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: ArmMethods,
         cancelled: StopRequest,
         observer: Observer,
         notes: Collection[str] = (),
@@ -108,7 +108,7 @@ class Progress:
 @contextmanager
 def opened_arm(
     options: Options, parameters: ArmParameters, output: Output
-) -> Iterator[tuple[Robot, StopRequest]]:
+) -> Iterator[tuple[ArmMethods, StopRequest]]:
     """Open the arm for motions, with ``--priority``; on leaving, it is closed.
 
     An arm of this process is disabled then; that of an owner stays as it is.
@@ -132,7 +132,7 @@ def opened_arm(
 
 
 def carry_out(
-    robot: Robot,
+    robot: ArmMethods,
     cancelled: StopRequest,
     options: Options,
     output: Output,
@@ -179,7 +179,7 @@ def carry_out(
     return ExitStatus.OK
 
 
-def tool_line(robot: Robot, angles: AngleUnit) -> Caption:
+def tool_line(robot: ArmMethods, angles: AngleUnit) -> Caption:
     """Return a function that returns the pose of the tool as a line."""
 
     def line(record: CycleRecord) -> list[str]:
@@ -192,7 +192,7 @@ def tool_line(robot: Robot, angles: AngleUnit) -> Caption:
     return line
 
 
-def limitation_line(robot: Robot) -> list[str]:
+def limitation_line(robot: ArmMethods) -> list[str]:
     """Return a line with what slows the running jog down or holds it; none if nothing does."""
     try:
         limitation = robot.jog_limitation
@@ -202,7 +202,7 @@ def limitation_line(robot: Robot) -> list[str]:
     return [] if limitation is None else [limitation.text]
 
 
-def show_position(robot: Robot, options: Options, output: Output) -> None:
+def show_position(robot: ArmMethods, options: Options, output: Output) -> None:
     """Print where the arm is, as words that ``move`` takes."""
     angles = angle_unit(options)
     output.line(angles.words(robot.pose))

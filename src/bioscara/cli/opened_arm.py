@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from bioscara.cli.options import FINGERS, Options
+from bioscara.connect import Robot
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene
-from bioscara.robot import FAULTS, Robot
+from bioscara.robot import FAULTS
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.workspace.poses import TeachTable
 
 if TYPE_CHECKING:
@@ -23,7 +25,7 @@ _BUS_SHARE = 0.8
 """Share of each cycle that the bus may take without a note."""
 
 
-def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> Robot:
+def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> ArmMethods:
     """Return the arm that ``--arm``, or ``--bus`` and ``--v1`` name; nothing is opened yet.
 
     Args:
@@ -36,10 +38,15 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
     """
     if options.arm is not None:
         return Robot.connect(f"arm:{options.arm}")
+    return own_arm(options, parameters, evidence)
+
+
+def own_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> Robot:
+    """Return the arm of this process that ``--bus`` and ``--v1`` name; as :func:`open_arm`."""
     reduced_speed = not getattr(options, "full_speed", False)
     rate = getattr(options, "rate", None)
     if options.bus != "sim":
-        return Robot.connect(
+        return Robot.on_bus(
             options.bus, parameters, rate=rate, evidence=evidence, reduced_speed=reduced_speed
         )
     return Robot.simulated(
@@ -53,7 +60,7 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
     )
 
 
-def introduce(robot: Robot, options: Options, report: Callable[[str], None]) -> None:
+def introduce(robot: ArmMethods, options: Options, report: Callable[[str], None]) -> None:
     """Report which arm it is, and how much of each cycle its bus leaves if that is little.
 
     Args:
@@ -81,7 +88,7 @@ def others_served(options: Options) -> str:
 
 
 @contextmanager
-def at_full_speed(robot: Robot, options: Options) -> Iterator[None]:
+def at_full_speed(robot: ArmMethods, options: Options) -> Iterator[None]:
     """Let the arm of an owner move as fast as ``--full-speed`` wants, within a block of code."""
     if options.arm is None or not getattr(options, "full_speed", False):
         yield
@@ -93,7 +100,9 @@ def at_full_speed(robot: Robot, options: Options) -> Iterator[None]:
         robot.reduced_speed = before
 
 
-def arrange(robot: Robot, options: Options, table: TeachTable, scene: Scene, tool: str) -> None:
+def arrange(
+    robot: ArmMethods, options: Options, table: TeachTable, scene: Scene, tool: str
+) -> None:
     """Give the arm the table, the scene and the tool of the command line.
 
     Those of an owner's arm stay as they are unless an option names others.
@@ -124,7 +133,7 @@ def left(options: Options) -> str:
     return "all joints were stopped and disabled"
 
 
-def require_acknowledgement(robot: Robot, options: Options) -> None:
+def require_acknowledgement(robot: ArmMethods, options: Options) -> None:
     """Raise if there are faults from before this run, unless ``--acknowledge`` is given.
 
     Args:
@@ -150,7 +159,7 @@ def require_acknowledgement(robot: Robot, options: Options) -> None:
 
 
 def acknowledge_faults(
-    robot: Robot, report: Callable[[str], None], *, recover: bool = True
+    robot: ArmMethods, report: Callable[[str], None], *, recover: bool = True
 ) -> None:
     """Acknowledge and recover from faults that stopped the arm before, if any; nothing moves.
 
@@ -183,7 +192,7 @@ def acknowledge_faults(
         robot.recover()
 
 
-def remedy(robot: Robot) -> str:
+def remedy(robot: ArmMethods) -> str:
     """Return the advice appended to a failure's cause if a fault is latched; else nothing."""
     return "; then continue with --acknowledge" if robot.faults else ""
 
@@ -196,7 +205,7 @@ class NewWarnings:
         notes: Notes on the plan that were reported already; the robot repeats them as warnings.
     """
 
-    def __init__(self, robot: Robot, notes: Collection[str] = ()) -> None:
+    def __init__(self, robot: ArmMethods, notes: Collection[str] = ()) -> None:
         self._robot = robot
         self._notes = notes
         self._known = robot.warnings

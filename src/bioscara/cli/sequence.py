@@ -12,9 +12,10 @@ from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.target import planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.cli.terminal.keyboard import motion_keys
+from bioscara.connect import Robot
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.planner import Planner
 from bioscara.robot.sequences.calls import calls
 from bioscara.robot.sequences.dry_run import Verdict, dry_run
@@ -83,7 +84,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
     return status
 
 
-def _arrange_owned(robot: Robot, options: Options) -> None:
+def _arrange_owned(robot: ArmMethods, options: Options) -> None:
     table = read_table(options, robot.table.fingers) if options.table else robot.table
     arrange(robot, options, table, scene_from(options), options.tool)
 

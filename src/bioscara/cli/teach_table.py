@@ -11,9 +11,9 @@ from typing import NamedTuple, TypeVar
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.options import TABLE, Options
 from bioscara.cli.output.angles import AngleUnit
+from bioscara.connect import Robot
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.model import ArmParameters
-from bioscara.robot import Robot
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.teach_file import changing, load_table, save_table
 from bioscara.robot.workspace.tools import Tool, fingers

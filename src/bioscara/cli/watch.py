@@ -18,9 +18,9 @@ from bioscara.cli.commands.serving.web import require_packages
 from bioscara.cli.options import TABLE, Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest
+from bioscara.connect import Robot
 from bioscara.errors import InvalidArgumentError, OwnerLostError
 from bioscara.model import ArmParameters
-from bioscara.robot import Robot
 from bioscara.server import log
 from bioscara.server.serve import ServeSettings, serving
 
@@ -92,7 +92,7 @@ def _address() -> str:
         OwnerLostError: It does not begin.
     """
     # Imported here: installed by an extra.
-    from bioscara.web.access.scopes import Scope  # noqa: PLC0415
+    from bioscara.robot.tasks.scope import Scope  # noqa: PLC0415
     from bioscara.web.access.tokens import default_path, load_tokens  # noqa: PLC0415
 
     end = time.monotonic() + _PATIENCE

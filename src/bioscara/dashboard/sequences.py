@@ -14,6 +14,7 @@ from bioscara.kinematics import Joints
 from bioscara.model import ArmParameters
 from bioscara.model.yaml_file import SIZE_MAX
 from bioscara.printing import printable
+from bioscara.robot import tasks
 from bioscara.robot.sequences.calls import Call
 from bioscara.robot.sequences.dry_run import Verdict, dry_run, joined
 from bioscara.robot.sequences.script import to_script
@@ -153,17 +154,17 @@ def _verdict(verdict: Verdict) -> StepVerdict:
 
 
 _MOTIONS: dict[str, Callable[..., m.AnyTask]] = {
-    "move_joints": lambda goal, **share: m.MoveJoints(goal=goal, **share),
-    "move_named": lambda name, **share: m.MoveNamed(name=name, **share),
-    "move_to": lambda pose, **share: m.MoveTo(pose=pose, **share),
-    "move_linear": lambda pose, **share: m.MoveLinear(pose=pose, **share),
-    "move_circular": lambda via, pose, **share: m.MoveCircular(via=via, pose=pose, **share),
-    "move_sequence": lambda waypoints: m.MoveSequence(waypoints=tuple(waypoints)),
-    "gripper.move": m.MoveGripperTask,
-    "gripper.open": m.OpenGripperTask,
-    "gripper.close": m.CloseGripperTask,
-    "gripper.grasp": m.GraspTask,
-    "gripper.release": m.ReleaseLoad,
+    "move_joints": lambda goal, **share: tasks.MoveJoints(positions=goal, **share),
+    "move_named": lambda name, **share: tasks.MoveNamed(name=name, **share),
+    "move_to": lambda pose, **share: tasks.MoveTo(pose=pose, **share),
+    "move_linear": lambda pose, **share: tasks.MoveLinear(pose=pose, **share),
+    "move_circular": lambda via, pose, **share: tasks.MoveCircular(via=via, pose=pose, **share),
+    "move_sequence": lambda waypoints: tasks.MoveSequence(waypoints=tuple(waypoints)),
+    "gripper.move": tasks.MoveGripper,
+    "gripper.open": tasks.OpenGripper,
+    "gripper.close": tasks.CloseGripper,
+    "gripper.grasp": tasks.Grasp,
+    "gripper.release": tasks.Release,
 }
 
 

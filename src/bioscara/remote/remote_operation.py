@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
-import math
 import queue
 import threading
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
@@ -16,15 +14,14 @@ from bioscara.api.values import gripper_of
 from bioscara.errors import (
     BioscaraError,
     LeaseError,
-    MotionCancelledError,
-    MotionTimeoutError,
     OwnerLostError,
 )
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot.operations.operation import OnCycle, Status
+from bioscara.robot.operations.operation import OnCycle
+from bioscara.robot.operations.running import Running, Status
 
 T = TypeVar("T")
 
@@ -32,8 +29,8 @@ _POLL = 0.1
 """Period in which a wait looks for Ctrl-C [s]."""
 
 
-class RemoteOperation(Generic[T]):
-    """A goal of an owner, with the interface of :class:`bioscara.Operation`.
+class RemoteOperation(Running[T]):
+    """A goal of an owner.
 
     Args:
         link: The connection.
@@ -43,9 +40,7 @@ class RemoteOperation(Generic[T]):
         observed: Whether a thread calls :meth:`observe`, whose end is that of the operation.
 
     Attributes:
-        name: Name for messages, such as ``"home()"``.
         goal: Its number at the owner.
-        error: Why it ended early; None otherwise.
     """
 
     def __init__(
@@ -57,13 +52,12 @@ class RemoteOperation(Generic[T]):
         *,
         observed: bool,
     ) -> None:
-        self.name, self.goal = value.name, value.goal
-        self.error: BaseException | None = None
+        super().__init__(value.name)
+        self.goal = value.goal
         self._link, self._lease, self._value = link, lease, value
         self._on_cycle, self._observed = on_cycle, observed
         self._records: queue.SimpleQueue[CycleRecord | None] = queue.SimpleQueue()
-        self._finished, self._over = threading.Event(), threading.Event()
-        self._callbacks: list[Callable[[], object]] = []
+        self._over = threading.Event()
         self._raised: BaseException | None = None
 
     def take(self, value: m.GoalValue) -> None:
@@ -100,14 +94,7 @@ class RemoteOperation(Generic[T]):
     def _report(self) -> None:
         if self._raised is not None:
             self.error = self._raised
-        self._finished.set()
-        self._call_back()
-
-    def _call_back(self) -> None:
-        # Two threads may get here at once.
-        with suppress(IndexError):
-            while True:
-                self._callbacks.pop()()
+        self._finish()
 
     def observe(self) -> None:
         """Pass the records to ``on_cycle`` until the end, in this thread.
@@ -147,32 +134,21 @@ class RemoteOperation(Generic[T]):
 
     @property
     def done(self) -> bool:
-        """Whether it has ended."""
         return self._finished.is_set()
 
-    @property
-    def status(self) -> Status:
-        """Stage of the operation."""
-        if self.done:
-            if self.error is None:
-                return Status.SUCCEEDED
-            cancelled = isinstance(self.error, MotionCancelledError | MotionTimeoutError)
-            return Status.CANCELLED if cancelled else Status.FAILED
+    def _stage(self) -> Status:
         return Status(self._now().status)
 
     @property
     def progress(self) -> float:
-        """Share of it that is done, 0 to 1; NaN if that is unknown."""
         return self._now().progress
 
     @property
     def limitation(self) -> JogLimitation | None:
-        """Why a jog does not fully follow its velocity, as ``Operation.limitation``."""
         return self._now().limitation
 
     @property
     def paused(self) -> bool:
-        """Whether it was paused, and not resumed or ended since."""
         return self.status is Status.PAUSED
 
     def _now(self) -> m.GoalValue:
@@ -182,92 +158,30 @@ class RemoteOperation(Generic[T]):
         return result.goal if isinstance(result, m.GoalState) else self._value
 
     def pause(self) -> None:
-        """Pause the motion on its path; errors as ``Operation.pause``."""
         self._link.request(m.PauseGoal(self.goal), self._lease.epoch())
 
     def resume(self) -> None:
-        """Continue a paused motion; errors as ``Operation.resume``."""
         self._link.request(m.ResumeGoal(self.goal), self._lease.epoch())
 
     def cancel(self) -> None:
-        """Bring the devices to rest and end the operation; does nothing if it has ended."""
         # Without the lease it is being stopped already.
         if not self._over.is_set() and (epoch := self._lease.held) is not None:
             with suppress(LeaseError, OwnerLostError):
                 self._link.request(m.Cancel(self.goal), epoch)
 
-    def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the end, and return whether it has ended; Ctrl-C cancels it.
-
-        Args:
-            timeout: Longest time to wait [s]; None for no limit.
-
-        Raises:
-            NotInitializedError: It belongs to a parent process.
-        """
+    def _require_waitable(self) -> None:
         self._link.maker.require()
-        try:
-            return self._finished.wait(timeout)
-        except KeyboardInterrupt:
-            self.cancel()
-            raise
 
-    def result(self, timeout: float | None = None) -> T:
-        """Wait for the end and return the result.
-
-        Args:
-            timeout: Longest time to wait [s]; None for no limit. The operation goes on.
-
-        Raises:
-            MotionTimeoutError: It has not ended by then.
-            OwnerLostError: The owner was lost.
-            BioscaraError: The error that ended it.
-        """
-        if not self.wait(timeout):
-            raise MotionTimeoutError(f"{self.name} has not ended within {timeout:g} s; it goes on")
-        if self.error is not None:
-            raise self.error
+    def _outcome(self) -> T:
         gripper = self._value.gripper
         result: Any = None if gripper is None else gripper_of(gripper)
         return result  # type: ignore[no-any-return]  # a motion of the jaws has one, others none
 
-    def when_done(self, callback: Callable[[], object]) -> None:
-        """Call a function at the end, in the thread of the connection; at once if it has ended."""
-        self._callbacks.append(callback)
-        if self.done:
-            self._call_back()
-
-    def __await__(self) -> Generator[Any, None, T]:
-        return self._awaited().__await__()
-
-    async def _awaited(self) -> T:
-        """Return the result; cancelling the awaiting task stops the operation."""
-        loop, ended = asyncio.get_running_loop(), asyncio.Event()
-
-        def wake() -> None:
-            # The loop may have been closed since.
-            with suppress(RuntimeError):
-                loop.call_soon_threadsafe(ended.set)
-
-        self.when_done(wake)
-        try:
-            await ended.wait()
-        except asyncio.CancelledError:
-            await asyncio.to_thread(self.cancel)
-            while not self.done:
-                with suppress(asyncio.CancelledError):
-                    await asyncio.sleep(0.01)
-            raise
-        return self.result()
-
     def __repr__(self) -> str:
         try:
-            value, status = self._now(), self.status.value
+            return super().__repr__()
         except BioscaraError:
-            value, status = self._value, self._value.status
-        progress = "" if math.isnan(value.progress) else f", {value.progress:.0%}"
-        reason = f": {self.error}" if self.error is not None else ""
-        return f"<{self.name} {status}{progress}{reason}>"
+            return f"<{self.name} {self._value.status}>"
 
 
 class Beginning:

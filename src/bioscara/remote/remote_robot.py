@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import _thread
-import asyncio
 import math
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 from bioscara.api import messages as m
 from bioscara.api.values import (
@@ -21,7 +19,7 @@ from bioscara.api.values import (
     trajectory_parts,
     workspace_of,
 )
-from bioscara.arguments import flag, function, items, number, shown
+from bioscara.arguments import flag, function, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.faults.supervisor import FaultState, refusal
@@ -37,30 +35,24 @@ from bioscara.errors import (
     OwnerError,
     OwnerLostError,
 )
-from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.kinematics.pose import require_near, require_near_place
+from bioscara.kinematics import Joints, Pose
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.planning.motions.jog_limitation import JogLimitation
-from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_controllers import RemoteControllers
-from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.connection import exit_guard
-from bioscara.robot.operations.motions.home import PerJoint
 from bioscara.robot.operations.motions.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
-from bioscara.robot.planner import Plan, Planner
-from bioscara.robot.workspace.frames import Frame
-from bioscara.robot.workspace.load import Load
+from bioscara.robot.robot_gripper import RobotGripper
+from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.poses import TeachTable
-from bioscara.robot.workspace.tools import Tool
 from bioscara.robot.workspace.workspace import Workspace
-from bioscara.spelling import unknown_attribute
 
 R = TypeVar("R", bound=m.Result)
 
@@ -74,8 +66,8 @@ _EARLY = 64
 """Goals whose messages are kept until their handle exists."""
 
 
-class RemoteRobot:
-    """An arm that another process owns, with the interface of :class:`bioscara.Robot`.
+class RemoteRobot(ArmMethods):
+    """An arm that another process owns.
 
     Created by ``Robot.connect("arm:NAME")``. :meth:`open` connects to the owner, and nothing moves;
     :meth:`close` stops the program's motions and leaves the arm as it is. However the program ends,
@@ -96,9 +88,10 @@ class RemoteRobot:
         timeout: Longest time for which :meth:`open` waits until the owner runs [s].
 
     Attributes:
-        gripper: Its gripper.
         controllers: Controllers that clients load into the owner.
     """
+
+    _own: ClassVar[frozenset[str]] = frozenset({"gripper", "controllers"})
 
     def __init__(
         self,
@@ -119,25 +112,12 @@ class RemoteRobot:
         self._opened = self._closed = False
         self._workspace: tuple[m.WorkspaceState, Workspace] | None = None
         self._description: m.Description | None = None
-        self.gripper = RemoteGripper(self._begin, self._sample, lambda: self.workspace.widths)
+        self.gripper = RobotGripper(self._begin, self._jaws)
         self.controllers = RemoteControllers(
             self._command_for, self._ask, self._link.subscribe_to_controllers
         )
 
-    def __setattr__(self, name: str, value: object) -> None:
-        # As of a robot: a misspelt name would otherwise be accepted without an effect.
-        known = [key for key in dir(type(self)) if not key.startswith("_")]
-        if not (name in known or name in {"gripper", "controllers"} or name.startswith("_")):
-            raise unknown_attribute(self, name)
-        object.__setattr__(self, name, value)
-
     def open(self) -> Self:
-        """Connect to the owner; nothing moves. Return the robot.
-
-        Raises:
-            LifecycleError: It is open already, or was closed.
-            OwnerLostError: No owner of that name runs, also after the time to wait for it.
-        """
         self._link.maker.require()
         if self._closed:
             raise LifecycleError("the robot was closed; make another one to connect again")
@@ -155,7 +135,6 @@ class RemoteRobot:
         _thread.start_new_thread(self._lease.release, ())
 
     def close(self) -> None:
-        """Stop the motions of this program, give the lease back and disconnect."""
         if not self._opened or self._closed or self._link.maker.left:
             self._closed = True
             return
@@ -170,34 +149,22 @@ class RemoteRobot:
             self._link.close()
             exit_guard.forget(self)
 
-    def __enter__(self) -> Self:
-        return self if self._opened and not self._closed else self.open()
-
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
+    @property
+    def is_open(self) -> bool:
+        return self._opened and not self._closed
 
     def shutdown(self) -> list[str]:
-        """Stop the program's motions; the joints stay as the owner has them. Return nothing."""
         self._link.maker.require()
         for operation in list(self._operations.values()):
             operation.cancel()
             operation.wait()
         return []
 
-    def watch(self, *, priority: int | None = None, speed: float = 1.0) -> None:
-        """Do nothing: the owner watches its arm.
-
-        Raises:
-            NotSupportedError: A priority or a speed is given, which are the owner's.
-        """
-        if priority is not None or speed != 1.0:
+    def watch(self, *, priority: int | None = None, real_time_factor: float = 1.0) -> None:
+        if priority is not None or real_time_factor != 1.0:
             raise NotSupportedError(
-                "priority and speed are the owner's: bioscara serve --priority, --speed"
+                "priority and real_time_factor are the owner's: bioscara serve --priority, "
+                "--real-time-factor"
             )
 
     def require_heard(self) -> None:
@@ -249,71 +216,38 @@ class RemoteRobot:
 
     @property
     def parameters(self) -> ArmParameters:
-        """Parameters of the arm."""
         return self._described().parameters
 
     @property
     def description(self) -> str:
-        """Which arm of which owner, in words."""
         return f"arm {self._name}: {self._described().arm}"
 
     @property
     def period(self) -> float:
-        """Time between two setpoints [s]."""
         return 1.0 / self._described().rate
 
     @property
     def bus_share(self) -> float:
-        """Share of each control cycle that the exchanges take on the bus, 0 to 1."""
         return self._described().bus_share
 
     @property
     def firmware(self) -> tuple[str, ...]:
-        """Protocol and firmware versions of each joint, in words."""
         return self._described().firmware
 
     @property
     def flags(self) -> tuple[int, ...]:
-        """Flags that each joint reported last."""
         return self._sample().flags
 
     @property
     def state(self) -> JointStates:
-        """Joint states of the last cycle.
-
-        Raises:
-            FaultedError: The joints were released because of a fault, and are not recovered.
-            BioscaraError: They were released without a fault: ``enable()`` them.
-        """
         sample = self._sample()
         if sample.stale:
             self._require_clear()
             raise BioscaraError("the joints are released and report no state; enable() them")
         return _states(sample)
 
-    async def states(self, period: float = 0.1) -> AsyncIterator[JointStates]:
-        """Iterate over the joint states without blocking the event loop, until it is closed.
-
-        Args:
-            period: Time between two of them [s].
-
-        Raises:
-            InvalidArgumentError: The period is not above zero.
-            BioscaraError: As ``state``.
-        """
-        if not (period := number("period", period)) > 0.0:
-            raise InvalidArgumentError(f"period {period:g} s must be above zero")
-        while self._opened and not self._closed:
-            yield await asyncio.to_thread(lambda: self.state)
-            await asyncio.sleep(period)
-
     @property
     def pose(self) -> Pose:
-        """Pose of the tool in the base.
-
-        Raises:
-            NotHomedError: The position of a joint is unknown.
-        """
         sample = self._sample()
         if sample.pose is None:
             self._positions("the pose of the tool is unknown")
@@ -321,51 +255,27 @@ class RemoteRobot:
         return sample.pose
 
     @property
-    def is_homed(self) -> bool:
-        """Whether all joints are homed; errors as ``state``."""
-        return not any(map(math.isnan, self.state.positions))
-
-    @property
     def paused_by(self) -> tuple[str, ...]:
-        """Names of the clients that paused all motion; motion continues when none is left."""
         return self._sample().paused_by
 
     @property
     def is_enabled(self) -> bool:
-        """Whether the motors of the joints are energised."""
-        return self._opened and not self._closed and self._sample().enabled
+        return self.is_open and self._sample().enabled
 
     @property
     def is_moving(self) -> bool:
-        """Whether an operation uses the arm or the gripper, of any program."""
-        return self._opened and not self._closed and bool(self._sample().moving)
+        return self.is_open and bool(self._sample().moving)
 
     @property
     def jog_limitation(self) -> JogLimitation | None:
-        """As ``Robot.jog_limitation``, of a jog of any program."""
         return self._sample().limitation
 
     @property
-    def kinematics(self) -> Scara:
-        """Kinematics of the arm with its tool."""
-        return self.workspace.kinematics
-
-    @property
-    def plan(self) -> Planner:
-        """Plans motions in the present workspace from where the arm is, without moving it.
-
-        The plans are made in this program.
-        """
-        return Planner(self.workspace, self._positions)
-
-    @property
     def faults(self) -> tuple[ArmFault, ...]:
-        """Faults that are not recovered from, first cause first."""
         return tuple(map(fault_of, self._ask(m.GetFaults(), m.FaultList).faults))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The latest warnings: events that stopped nothing."""
         return self._ask(m.GetFaults(), m.FaultList).warnings
 
     def fault_list(self) -> m.FaultList:
@@ -399,19 +309,6 @@ class RemoteRobot:
         return self._command_for(command, m.ParametersState)
 
     def simulate_fault(self, fault: str, joint: str = "", value: float | None = None) -> None:
-        """Let a simulated arm fail, also while another program moves it; needs no lease.
-
-        Args:
-            fault: Name of the fault; docs/simulation.md has the names. ``clear`` ends all.
-            joint: The joint; empty for faults of the whole arm.
-            value: Whether it is on, 1 or 0; the position of an obstacle [rad or m]; the torque
-                [N m] or, on ``j2``, the force [N] of a push; docs/simulation.md has the others.
-                None for the one that begins it, where it is a switch.
-
-        Raises:
-            NotSupportedError: The arm is real.
-            InvalidArgumentError: There is no such fault or joint, or the value is not possible.
-        """
         self._ask(m.SimulateFault(fault, joint, value), m.Done)
 
     @property
@@ -433,7 +330,6 @@ class RemoteRobot:
 
     @property
     def workspace(self) -> Workspace:
-        """Tool, scene, load and speed limit, as the owner has them now."""
         state = self._ask(m.GetWorkspace(), m.WorkspaceState)
         if self._workspace is not None:
             known, workspace = self._workspace
@@ -445,42 +341,17 @@ class RemoteRobot:
 
     @property
     def speed_override(self) -> float:
-        """Share of the planned or jog speed, 0 to 1; 0 pauses."""
         return self._sample().speed_override
 
     @speed_override.setter
     def speed_override(self, share: float) -> None:
         self._command(m.SetSpeedOverride(number("speed_override", share)))
 
-    @property
-    def reduced_speed(self) -> bool:
-        """Whether the tool keeps to 250 mm/s; cannot be changed while the arm moves."""
-        return self.workspace.reduced_speed
+    def _set_scene(self, scene: Scene) -> None:
+        self._begin(m.SetScene(scene=scene_value(scene)), Conditions(), wait=True)
 
-    @reduced_speed.setter
-    def reduced_speed(self, reduced_speed: bool) -> None:
-        flag("reduced_speed", reduced_speed)
-        self._do(m.SetReducedSpeed(reduced=reduced_speed))
-
-    @property
-    def scene(self) -> Scene:
-        """Surroundings to keep clear of; cannot be changed while the arm moves."""
-        return self.workspace.scene
-
-    @scene.setter
-    def scene(self, scene: Scene) -> None:
-        if not isinstance(scene, Scene):
-            raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
-        self._do(m.SetScene(scene=scene_value(scene)))
-
-    @property
-    def table(self) -> TeachTable:
-        """The tools, poses and frames that have names; cannot be changed while the arm moves."""
-        return self.workspace.table
-
-    @table.setter
-    def table(self, table: TeachTable) -> None:
-        self._set_table(table, save=True)
+    def _set_table(self, table: TeachTable) -> None:
+        self._begin(m.SetTable(table=table), Conditions(), wait=True)
 
     def borrow_table(self, table: TeachTable) -> None:
         """Use another table until the owner ends or ``table`` is set; the owner's file stays.
@@ -492,73 +363,17 @@ class RemoteRobot:
             InvalidArgumentError: It is no table.
             BusyError: The arm moves.
         """
-        self._set_table(table, save=False)
-
-    def _set_table(self, table: TeachTable, *, save: bool) -> None:
         if not isinstance(table, TeachTable):
             raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
-        self._do(m.SetTable(table=table, save=save))
-
-    @property
-    def tool(self) -> Tool:
-        """The mounted tool; set to another one of ``table``, or its name, once that is mounted."""
-        return self.workspace.tool
-
-    @tool.setter
-    def tool(self, tool: str | Tool) -> None:
-        # It raises the errors of a robot for an unknown name.
-        self._do(m.SetTool(name=self.workspace.with_tool(tool).tool.name))
-
-    @property
-    def frames(self) -> tuple[Frame, ...]:
-        """The work frames of ``table``."""
-        return self.table.frames
-
-    def frame(self, name: str) -> Frame:
-        """Return the work frame of this name; errors as ``Robot.frame``."""
-        return self.table.frame(name)
-
-    @property
-    def load(self) -> Load | None:
-        """The carried load, or None."""
-        return self.workspace.load
-
-    def attach(self, load: Load) -> None:
-        """Declare that the tool carries a load; errors as ``Robot.attach``."""
-        if not isinstance(load, Load):
-            raise InvalidArgumentError(f"the load is {shown(load)}; give Load(name, shape)")
-        self._do(m.AttachTask(load=load))
-
-    def detach(self) -> None:
-        """Declare that the tool carries nothing; errors as ``Robot.detach``."""
-        self._do(m.DetachTask())
-
-    def confirm_scene(self) -> None:
-        """Declare that scene, tool and load are as the arm has them; as ``Robot.confirm_scene``."""
-        self._do(m.ConfirmScene())
+        self._begin(m.SetTable(table=table, save=False), Conditions(), wait=True)
 
     def stop(self) -> None:
-        """Stop all motion of all programs on its path, and end a pause; needs no lease."""
         self._ask(m.StopAll(), m.Done)
 
     def pause(self) -> None:
-        """Bring all motion to rest on its path until :meth:`resume`; needs no lease.
-
-        Each program that pauses has to resume; a pause stays when its program ends. The program
-        with the lease lifts all pauses.
-        """
         self._ask(m.Pause(), m.Done)
 
     def resume(self) -> None:
-        """Lift the pause of this program; all pauses, if it commands the arm.
-
-        Motion continues when no pause is left. Does nothing if the arm is not paused. Needs no
-        lease; where others alone have paused and no program commands the arm, it takes the lease.
-
-        Raises:
-            LeaseError: Others have paused, and another program commands the arm; names those who
-                can resume.
-        """
         try:
             self._ask(m.Resume(), m.Done)
         except LeaseError as error:
@@ -566,253 +381,6 @@ class RemoteRobot:
                 raise
             self._lease.epoch()
             self._ask(m.Resume(), m.Done)
-
-    def enable(self) -> None:
-        """Enable all joints at their positions; errors as ``Robot.enable``."""
-        self._do(m.EnableTask())
-
-    def disable(self) -> None:
-        """Bring all joints to rest and disable them; errors as ``Robot.disable``."""
-        self._do(m.DisableTask())
-
-    def acknowledge(self) -> tuple[ArmFault, ...]:
-        """Acknowledge the faults and write their evidence; errors as ``Robot.acknowledge``."""
-        self._do(m.AcknowledgeTask())
-        return self.faults
-
-    def recover(self) -> None:
-        """Clear acknowledged faults; errors as ``Robot.recover``."""
-        self._do(m.RecoverTask())
-
-    def home(
-        self,
-        joints: Sequence[str] | None = None,
-        *,
-        sensitivity: PerJoint = None,
-        current: PerJoint = None,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Home the joints that are not homed; arguments and errors as ``Robot.home``."""
-        given: list[Any] = [
-            dict(value) if isinstance(value, Mapping) else value for value in (sensitivity, current)
-        ]
-        names = None if joints is None else items("the joints to home", joints, 'give ["j2"]')
-        return self._begin(m.HomeTask(given[0], given[1], names), timeout, on_cycle, wait)
-
-    def move_joints(
-        self,
-        positions: Sequence[float],
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Move all joints to given positions; arguments and errors as ``Robot.move_joints``."""
-        if isinstance(positions, Pose):
-            # Refused as by a robot: the planner names the remedy.
-            self.plan.move_joints(positions)
-        return self._move(
-            m.MoveJoints(
-                goal=items("the joint positions", positions),
-                velocity_scaling=velocity_scaling,
-                acceleration_scaling=acceleration_scaling,
-            ),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def move_to(
-        self,
-        pose: Pose,
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Move to a pose by the closest joint solution; as ``Robot.move_to``."""
-        return self._move(
-            m.MoveTo(
-                pose=require_near("the goal", pose),
-                velocity_scaling=velocity_scaling,
-                acceleration_scaling=acceleration_scaling,
-            ),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def move_linear(
-        self,
-        pose: Pose,
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Move to a pose along a line; as ``Robot.move_linear``."""
-        return self._move(
-            m.MoveLinear(
-                pose=require_near("the goal", pose),
-                velocity_scaling=velocity_scaling,
-                acceleration_scaling=acceleration_scaling,
-            ),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def move_relative(
-        self,
-        x: float = 0.0,
-        y: float = 0.0,
-        z: float = 0.0,
-        yaw: float = 0.0,
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Move along a line by a displacement; as ``Robot.move_relative``."""
-        return self._move(
-            m.MoveRelative(
-                x=x,
-                y=y,
-                z=z,
-                yaw=yaw,
-                velocity_scaling=velocity_scaling,
-                acceleration_scaling=acceleration_scaling,
-            ),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def move_circular(
-        self,
-        via: Pose,
-        pose: Pose,
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Move to a pose along an arc through ``via``; as ``Robot.move_circular``."""
-        return self._move(
-            m.MoveCircular(
-                via=require_near_place("the via", via),
-                pose=require_near("the goal", pose),
-                velocity_scaling=velocity_scaling,
-                acceleration_scaling=acceleration_scaling,
-            ),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def move_named(
-        self,
-        name: str,
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Move to a pose of ``table`` by its name; as ``Robot.move_named``."""
-        return self._move(
-            m.MoveNamed(
-                name=name,
-                velocity_scaling=velocity_scaling,
-                acceleration_scaling=acceleration_scaling,
-            ),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def unfold(
-        self,
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Open the elbow alone, j3 to 0; as ``Robot.unfold``."""
-        return self._move(
-            m.Unfold(velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def move_sequence(
-        self,
-        waypoints: Sequence[Waypoint],
-        *,
-        velocity_scaling: float = 1.0,
-        acceleration_scaling: float = 1.0,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Move along waypoints with rounded corners; as ``Robot.move_sequence``."""
-        return self._move(
-            m.MoveSequence(
-                waypoints=items("the waypoints", waypoints),
-                velocity_scaling=velocity_scaling,
-                acceleration_scaling=acceleration_scaling,
-            ),
-            timeout,
-            on_cycle,
-            wait,
-        )
-
-    def execute(
-        self,
-        plan: Plan | Trajectory,
-        *,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Execute a plan, or follow a trajectory; as ``Robot.execute``."""
-        if isinstance(plan, Trajectory):
-            return self.follow(plan, timeout=timeout, on_cycle=on_cycle, wait=wait)
-        if not isinstance(plan, Plan):
-            raise InvalidArgumentError(
-                f"execute() takes a Plan or a Trajectory, not {shown(plan)}; robot.plan makes plans"
-            )
-        task = self._follow_task(plan.trajectory, planned=True)
-        return self._move(task, timeout, on_cycle, wait)
-
-    def follow(
-        self,
-        trajectory: Trajectory,
-        *,
-        approach: bool = False,
-        timeout: float | None = None,
-        on_cycle: OnCycle | None = None,
-        wait: bool = True,
-    ) -> RemoteOperation[None]:
-        """Follow a trajectory; as ``Robot.follow``."""
-        task = self._follow_task(trajectory, approach=flag("approach", approach))
-        return self._move(task, timeout, on_cycle, wait)
 
     def jog(
         self,
@@ -822,10 +390,6 @@ class RemoteRobot:
         on_cycle: OnCycle | None = None,
         wait: bool = True,
     ) -> RemoteOperation[None]:
-        """Move by streamed velocities until the stream ends; as ``Robot.jog``.
-
-        ``velocities`` is called 50 times per second.
-        """
         function("jog()", velocities)
 
         def stream(operation: RemoteOperation[None]) -> None:
@@ -834,7 +398,7 @@ class RemoteRobot:
                 target=self._stream, args=arguments, name="bioscara-jog", daemon=True
             ).start()
 
-        return self._begin(m.JogTask(), timeout, on_cycle, wait, stream)
+        return self._begin(m.Jog(), Conditions(timeout, on_cycle), wait=wait, begun=stream)
 
     def _stream(
         self, operation: RemoteOperation[None], velocities: Callable[[], Velocity | None]
@@ -858,18 +422,19 @@ class RemoteRobot:
             if not operation.done:
                 operation.interrupt(error)
 
-    def _move(
+    def _follow(
         self,
-        task: m.AnyTask,
-        timeout: float | None,
-        on_cycle: OnCycle | None,
+        trajectory: object,
+        conditions: Conditions,
+        *,
+        approach: bool,
+        planned: bool,
         wait: bool,
     ) -> RemoteOperation[None]:
-        return self._begin(task, timeout, on_cycle, wait)
+        task = self._follow_task(trajectory, approach=flag("approach", approach), planned=planned)
+        return self._begin(task, conditions, wait=wait)
 
-    def _follow_task(
-        self, trajectory: object, *, approach: bool = False, planned: bool = False
-    ) -> m.Follow:
+    def _follow_task(self, trajectory: object, *, approach: bool, planned: bool) -> m.Follow:
         """Return the task to follow a trajectory, whose first parts are uploaded before."""
         if not isinstance(trajectory, Trajectory):
             raise InvalidArgumentError(
@@ -887,19 +452,17 @@ class RemoteRobot:
             upload = answer.upload
         return m.Follow(last, approach, planned, upload)
 
-    def _do(self, task: m.AnyTask) -> None:
-        self._begin(task, None, None, wait=True)
-
     def _begin(
         self,
         task: m.AnyTask,
-        timeout: float | None,
-        on_cycle: OnCycle | None,
+        conditions: Conditions,
+        *,
         wait: bool,
         begun: Callable[[RemoteOperation[Any]], object] | None = None,
     ) -> RemoteOperation[Any]:
         """Begin a task, call ``begun``, and wait for its end if ``wait`` is set."""
         flag("wait", wait)
+        timeout, on_cycle = conditions
         if on_cycle is not None:
             function("on_cycle", on_cycle)
         self._require_open()
@@ -921,6 +484,9 @@ class RemoteRobot:
             beginning.interrupt(error)
             raise
         return operation
+
+    def _jaws(self) -> tuple[float, tuple[float, float]]:
+        return self._sample().width, self.workspace.widths
 
     def _operation(
         self, answer: m.AnyResult, on_cycle: OnCycle | None, *, observed: bool
@@ -1037,7 +603,7 @@ class RemoteRobot:
             raise FaultedError(refusal(faults.state, faults.faults[0].text))
 
     def __repr__(self) -> str:
-        if not self._opened or self._closed:
+        if not self.is_open:
             return f"<RemoteRobot {self._name}, closed>"
         try:
             sample = self._sample()

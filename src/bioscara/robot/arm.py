@@ -324,33 +324,33 @@ class Arm:
         """Whether the control loop runs, and goes on until the shutdown."""
         return self._watched
 
-    def watch(self, *, priority: int | None = None, speed: float = 1.0) -> None:
+    def watch(self, *, priority: int | None = None, real_time_factor: float = 1.0) -> None:
         """Run the control loop in a thread of its own, in real time, until the shutdown.
 
         Args:
             priority: Real-time priority of the thread, 1 to 99; None for none.
-            speed: Factor by which simulated time is faster than real time.
+            real_time_factor: Factor by which simulated time is faster than real time.
 
         Raises:
             NotInitializedError: The arm is not connected.
-            InvalidArgumentError: The speed is not above zero, the time is not simulated, or the
+            InvalidArgumentError: The factor is not above zero, the time is not simulated, or the
                 priority is outside its range.
             RealtimeError: The system does not permit the priority.
         """
         stack = self.stack
-        speed, clock = number("speed", speed), self.session.clock
+        factor, clock = number("real_time_factor", real_time_factor), self.session.clock
         if priority is not None:
             # Here too: an error in the thread of the loop would end the loop without a message.
             with realtime(priority := whole("priority", priority)):
                 pass
-        if not 0.0 < speed <= _FASTEST:
-            raise InvalidArgumentError(f"speed {speed:g} is outside 0 .. {_FASTEST:g}")
+        if not 0.0 < factor <= _FASTEST:
+            raise InvalidArgumentError(f"real_time_factor {factor:g} is outside 0 .. {_FASTEST:g}")
         if isinstance(clock, PacedClock):
-            clock.speed = speed
-        elif speed != 1.0:
+            clock.real_time_factor = factor
+        elif factor != 1.0:
             raise InvalidArgumentError(
-                f"speed {speed:g}: only the arm simulated in this process can be faster than real "
-                "time"
+                f"real_time_factor {factor:g}: only the arm simulated in this process can be "
+                "faster than real time"
             )
         self._pace_homing = self._pace_motion = self._watched = True
         self._priority = priority

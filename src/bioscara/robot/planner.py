@@ -123,9 +123,43 @@ class Planner:
         """
         return self._clipped_at_end_stops(self._measured())
 
+    def pose_of(self, target: Pose | str, frame: str | None = None, *, via: bool = False) -> Pose:
+        """Return a pose of the tool in the base.
+
+        Args:
+            target: The pose, or its name in the teach table.
+            frame: Name of the work frame that the pose is given in; None for the base.
+            via: Whether it is a point on an arc, whose yaw is not used.
+
+        Raises:
+            InvalidArgumentError: It is not a pose, no pose or frame has that name, the pose was
+                taught with another tool, or a frame is given with a name.
+        """
+        table = self.workspace.table
+        if not isinstance(target, str):
+            what, require = (
+                ("the via", require_near_place) if flag("via", via) else ("the goal", require_near)
+            )
+            pose = require(what, target)
+            return pose if frame is None else table.frame(frame).compose(pose)
+        if frame is not None:
+            raise InvalidArgumentError(
+                f"the taught pose {target} is in the base; leave the frame {frame} out"
+            )
+        taught = table.pose(target)
+        if taught.joints is not None:
+            return self.kinematics.forward(taught.joints)
+        mounted = self.workspace.tool.name
+        if taught.tool != mounted or taught.pose_tool_in_base is None:
+            raise InvalidArgumentError(
+                f"pose {target} was taught with tool {taught.tool}, the arm has {mounted}; "
+                f"set robot.tool = {taught.tool!r} once that is mounted"
+            )
+        return taught.pose_tool_in_base
+
     def move_joints(
         self,
-        goal: Sequence[float],
+        positions: Sequence[float],
         *,
         velocity_scaling: float = 1.0,
         acceleration_scaling: float = 1.0,
@@ -137,7 +171,7 @@ class Planner:
         note says so. Joints that were pushed beyond a limit by hand are moved back by the plan.
 
         Args:
-            goal: One position for each joint [rad or m].
+            positions: One for each joint [rad or m].
             velocity_scaling: Share of the speed limits to use, 0.001 to 1.
             acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
@@ -146,9 +180,9 @@ class Planner:
             ZoneError: The path is not free.
         """
         remedy = "give one for each joint, or a pose to move_to()"
-        if isinstance(goal, Pose):
-            raise TrajectoryError(f"the positions of the joints are {shown(goal)}; {remedy}")
-        goal = items("the positions of the joints", goal, remedy, error=TrajectoryError)
+        if isinstance(positions, Pose):
+            raise TrajectoryError(f"the positions of the joints are {shown(positions)}; {remedy}")
+        goal = items("the positions of the joints", positions, remedy, error=TrajectoryError)
         if len(goal) != len(self.joint_names):
             raise TrajectoryError(f"{len(goal)} positions for {len(self.joint_names)} joints")
         here, share = self.here(), check_share(velocity_scaling, "velocity_scaling")
@@ -203,15 +237,17 @@ class Planner:
 
     def move_to(
         self,
-        pose: Pose,
+        pose: Pose | str,
         *,
+        frame: str | None = None,
         velocity_scaling: float = 1.0,
         acceleration_scaling: float = 1.0,
     ) -> Plan:
         """Plan to a pose by the closest joint solution; the tool's path is not a line.
 
         Args:
-            pose: Pose of the tool in the base.
+            pose: Pose of the tool, or its name in the teach table.
+            frame: Name of the work frame that the pose is given in; None for the base.
             velocity_scaling: Share of the speed limits to use, 0.001 to 1.
             acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
@@ -219,9 +255,9 @@ class Planner:
             UnreachableError: The arm cannot reach the pose.
             ZoneError: The path is not free.
         """
-        pose = require_near("the goal", pose)
+        goal = self.pose_of(pose, frame)
         return self.move_joints(
-            self.kinematics.solve(pose, self.here()),
+            self.kinematics.solve(goal, self.here()),
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
@@ -252,16 +288,8 @@ class Planner:
                 velocity_scaling=velocity_scaling,
                 acceleration_scaling=acceleration_scaling,
             )
-        mounted = self.workspace.tool.name
-        if taught.tool != mounted or taught.pose_tool_in_base is None:
-            raise InvalidArgumentError(
-                f"pose {name} was taught with tool {taught.tool}, the arm has {mounted}; "
-                f"set robot.tool = {taught.tool!r} once that is mounted"
-            )
         return self.move_to(
-            taught.pose_tool_in_base,
-            velocity_scaling=velocity_scaling,
-            acceleration_scaling=acceleration_scaling,
+            name, velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling
         )
 
     def jog(self, start: Sequence[float], *, elbow: float | None = None) -> JogGenerator:
@@ -293,15 +321,17 @@ class Planner:
 
     def move_linear(
         self,
-        pose: Pose,
+        pose: Pose | str,
         *,
+        frame: str | None = None,
         velocity_scaling: float = 1.0,
         acceleration_scaling: float = 1.0,
     ) -> Plan:
         """Plan to a pose along a line.
 
         Args:
-            pose: Pose of the tool in the base.
+            pose: Pose of the tool, or its name in the teach table.
+            frame: Name of the work frame that the pose is given in; None for the base.
             velocity_scaling: Share of the tool's speed limit to use, 0.001 to 1.
             acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
@@ -309,7 +339,7 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that line.
             ZoneError: The path is not free.
         """
-        pose = require_near("the goal", pose)
+        goal = self.pose_of(pose, frame)
         here = self._start_of_path()
         tool, limits = (
             self._tool_limits(acceleration_scaling),
@@ -317,7 +347,7 @@ class Planner:
         )
         share = check_share(velocity_scaling, "velocity_scaling")
         window = self.workspace.windows[0]
-        trajectory = linear(self.kinematics, here, pose, limits, tool, speed=share, window=window)
+        trajectory = linear(self.kinematics, here, goal, limits, tool, speed=share, window=window)
         return self._collision_free(trajectory, here, tool=tool)
 
     def move_relative(
@@ -358,17 +388,19 @@ class Planner:
 
     def move_circular(
         self,
-        via: Pose,
-        pose: Pose,
+        via: Pose | str,
+        pose: Pose | str,
         *,
+        frame: str | None = None,
         velocity_scaling: float = 1.0,
         acceleration_scaling: float = 1.0,
     ) -> Plan:
         """Plan to a pose along an arc.
 
         Args:
-            via: A pose on the arc; its yaw is not used.
-            pose: The goal pose; both are poses of the tool in the base.
+            via: A pose on the arc, or its name in the teach table; its yaw is not used.
+            pose: The goal pose of the tool, likewise.
+            frame: Name of the work frame that both are given in; None for the base.
             velocity_scaling: Share of the tool's speed limit to use, 0.001 to 1.
             acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
@@ -376,7 +408,10 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that arc.
             ZoneError: The path is not free.
         """
-        via, pose = require_near_place("the via", via), require_near("the goal", pose)
+        # The frame is that of what is given by numbers.
+        named = isinstance(via, str), isinstance(pose, str)
+        point = self.pose_of(via, None if named == (True, False) else frame, via=True)
+        goal = self.pose_of(pose, None if named == (False, True) else frame)
         here = self._start_of_path()
         tool, limits = (
             self._tool_limits(acceleration_scaling),
@@ -385,7 +420,7 @@ class Planner:
         share = check_share(velocity_scaling, "velocity_scaling")
         window = self.workspace.windows[0]
         trajectory = circular(
-            self.kinematics, here, via, pose, limits, tool, speed=share, window=window
+            self.kinematics, here, point, goal, limits, tool, speed=share, window=window
         )
         return self._collision_free(trajectory, here, tool=tool)
 

@@ -3,32 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any, Protocol
 
-from bioscara.arguments import flag
 from bioscara.control.controllers.gripper_messages import GripperResult
-from bioscara.robot.arm import Arm
-from bioscara.robot.operations.motions.grasp import OPENING, SQUEEZE, Grasp, Release
-from bioscara.robot.operations.motions.move_gripper import MoveGripper
-from bioscara.robot.operations.operation import OnCycle, Operation
-from bioscara.robot.operations.power import DisableGripper, EnableGripper
+from bioscara.robot import tasks
+from bioscara.robot.operations.motions.grasp import OPENING, SQUEEZE
+from bioscara.robot.operations.operation import OnCycle
+from bioscara.robot.operations.running import Running
+from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.load import Load
 
 
+class Begin(Protocol):
+    """Begins a task of a robot."""
+
+    def __call__(self, task: tasks.ArmTask, conditions: Conditions, *, wait: bool) -> Running[Any]:
+        """Begin it, and wait for its end if ``wait`` is set."""
+
+
 class RobotGripper:
-    """The gripper; its position is the width between the jaws in metres.
+    """The gripper of a robot; its position is the width between the jaws in metres.
 
     The servo is driven from the first call that needs it. It has no sensor: the commanded width is
     taken as the actual width once the jaws had the time to reach it. The jaws may move while the
     arm moves.
 
     Args:
-        arm: The arm that it belongs to.
+        begin: Begins a task and waits for its end, unless it is told not to.
+        jaws: Returns the commanded width of the jaws, and those that they may have [m].
     """
 
-    __slots__ = ("_arm",)
+    __slots__ = ("_begin", "_jaws")
 
-    def __init__(self, arm: Arm) -> None:
-        self._arm = arm
+    def __init__(self, begin: Begin, jaws: Callable[[], tuple[float, tuple[float, float]]]) -> None:
+        self._begin, self._jaws = begin, jaws
 
     def __repr__(self) -> str:
         width = self.width
@@ -38,7 +47,7 @@ class RobotGripper:
     @property
     def width(self) -> float:
         """Last commanded width of the jaws [m]; NaN while the servo is not driven."""
-        return self._arm.jaws.commanded
+        return self._jaws()[0]
 
     @property
     def widths(self) -> tuple[float, float]:
@@ -48,7 +57,7 @@ class RobotGripper:
         anywhere along its travel; with a load that was grasped, up to its width. While it is not
         driven, they may have been moved by hand.
         """
-        return self._arm.jaws.range()
+        return self._jaws()[1]
 
     def enable(self) -> None:
         """Drive the servo at its present position: the jaws do not move.
@@ -58,7 +67,7 @@ class RobotGripper:
             FaultedError: A fault is latched.
             BusyError: The jaws move.
         """
-        self._arm.execute(EnableGripper())
+        self._begin(tasks.EnableGripper(), Conditions(), wait=True)
 
     def disable(self) -> None:
         """Release the servo; a held object may fall.
@@ -66,7 +75,7 @@ class RobotGripper:
         Raises:
             BusyError: The jaws move.
         """
-        self._arm.execute(DisableGripper())
+        self._begin(tasks.DisableGripper(), Conditions(), wait=True)
 
     def move(
         self,
@@ -75,7 +84,7 @@ class RobotGripper:
         timeout: float | None = None,
         on_cycle: OnCycle | None = None,
         wait: bool = True,
-    ) -> Operation[GripperResult]:
+    ) -> Running[GripperResult]:
         """Move the jaws; keyword arguments as all motions of the robot.
 
         Args:
@@ -95,23 +104,19 @@ class RobotGripper:
             LifecycleError: The jaws hold a load; :meth:`release` it.
             BusyError: The jaws move, or the arm does so in a motion that was not planned.
         """
-        return self._carry_out(MoveGripper(width, timeout=timeout, on_cycle=on_cycle), wait)
+        return self._begin(tasks.MoveGripper(width), Conditions(timeout, on_cycle), wait=wait)
 
     def open(
         self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
-    ) -> Operation[GripperResult]:
+    ) -> Running[GripperResult]:
         """Move the jaws to their largest width; keyword arguments and errors as :meth:`move`."""
-        width = self._arm.session.parameters.gripper.upper
-        operation = MoveGripper(width, name="gripper.open()", timeout=timeout, on_cycle=on_cycle)
-        return self._carry_out(operation, wait)
+        return self._begin(tasks.OpenGripper(), Conditions(timeout, on_cycle), wait=wait)
 
     def close(
         self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
-    ) -> Operation[GripperResult]:
+    ) -> Running[GripperResult]:
         """Move the jaws to their smallest width; keyword arguments and errors as :meth:`move`."""
-        width = self._arm.session.parameters.gripper.lower
-        operation = MoveGripper(width, name="gripper.close()", timeout=timeout, on_cycle=on_cycle)
-        return self._carry_out(operation, wait)
+        return self._begin(tasks.CloseGripper(), Conditions(timeout, on_cycle), wait=wait)
 
     def grasp(
         self,
@@ -122,7 +127,7 @@ class RobotGripper:
         timeout: float | None = None,
         on_cycle: OnCycle | None = None,
         wait: bool = True,
-    ) -> Operation[GripperResult]:
+    ) -> Running[GripperResult]:
         """Close the jaws on a load, then attach it; the arm must be at rest.
 
         The servo has no sensor: whether there is an object is not known. Unless the jaws arrive,
@@ -144,8 +149,9 @@ class RobotGripper:
             BusyError: The jaws or the arm move.
             GripperError, MotionCancelledError: As :meth:`move`.
         """
-        operation = Grasp(load, width, squeeze, timeout=timeout, on_cycle=on_cycle)
-        return self._carry_out(operation, wait)
+        return self._begin(
+            tasks.Grasp(load, width, squeeze), Conditions(timeout, on_cycle), wait=wait
+        )
 
     def release(
         self,
@@ -154,7 +160,7 @@ class RobotGripper:
         timeout: float | None = None,
         on_cycle: OnCycle | None = None,
         wait: bool = True,
-    ) -> Operation[GripperResult]:
+    ) -> Running[GripperResult]:
         """Open the jaws, then detach the load; the arm must be at rest.
 
         Unless the jaws arrive, the load stays attached.
@@ -173,14 +179,4 @@ class RobotGripper:
             BusyError: The jaws or the arm move.
             GripperError, MotionCancelledError: As :meth:`move`.
         """
-        operation = Release(opening, timeout=timeout, on_cycle=on_cycle)
-        return self._carry_out(operation, wait)
-
-    def _carry_out(
-        self, operation: Operation[GripperResult], wait: bool
-    ) -> Operation[GripperResult]:
-        if flag("wait", wait):
-            self._arm.execute(operation)
-        else:
-            self._arm.start(operation)
-        return operation
+        return self._begin(tasks.Release(opening), Conditions(timeout, on_cycle), wait=wait)

@@ -28,9 +28,11 @@ from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.operations.fault_handling import Acknowledge
 from bioscara.robot.operations.motions.jog import Jog
-from bioscara.robot.operations.operation import Operation, Status
-from bioscara.robot.planner import Plan
+from bioscara.robot.operations.operation import Operation
+from bioscara.robot.operations.running import Status
+from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.simulated_faults import simulate_fault
+from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
 from bioscara.server.bench_file import BenchFile
@@ -57,7 +59,7 @@ from bioscara.server.state.queries import (
 from bioscara.server.state.sampling import Sampler
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
-from bioscara.server.tasks.task_operations import TaskOperations, make_plan
+from bioscara.server.tasks.owner_tasks import OwnerTasks
 from bioscara.server.tasks.uploads import Uploads
 from bioscara.version import __version__
 
@@ -141,12 +143,11 @@ class Owner:
         self._bench.restore(self._arm, zones.read())
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
-        self._tasks = TaskOperations(
+        self._tasks = OwnerTasks(
             self._arm,
             self._plans,
             self._uploads,
             self._current_revision,
-            self._conflict,
             poses,
             zones,
         )
@@ -248,6 +249,8 @@ class Owner:
             self.expire()
             self.lease.require(client.session, epoch)
         result: m.AnyResult | Later = self._handlers[type(command)](client, command, epoch or 0)
+        # The bound of those in work is that of the declaration.
+        assert command.slow or not isinstance(result, Later), command  # noqa: S101
         return result
 
     def observe(self, cycle: CycleReport) -> None:
@@ -389,9 +392,16 @@ class Owner:
         def observe(record: CycleRecord) -> None:
             self._post(lambda: client.send_record(number, record))
 
-        on_cycle = observe if command.records else None
-        operation = self._tasks.operation(command.task, command.timeout, on_cycle)
+        conditions = Conditions(command.timeout, observe if command.records else None)
+        operation = self._tasks.operation(command.task, conditions)
         check = self.check(operation.name, client, epoch)
+        revision = getattr(command.task, "revision", None)
+
+        def admit() -> None:
+            check()
+            # All devices are claimed: nothing else changes the workspace from here on.
+            if revision is not None and revision != self._current_revision():
+                raise self._conflict(self._current_revision())
 
         def finish(_: object) -> m.Accepted:
             return m.Accepted(self.keep(operation, client, epoch, command.on_lease_loss, number))
@@ -407,7 +417,7 @@ class Owner:
             end = time.monotonic() + _REST
             for former in stopping:
                 former.wait(max(end - time.monotonic(), 0.0))
-            self._arm.begin(operation, check)
+            self._arm.begin(operation, admit)
 
         return Later(begin, finish)
 
@@ -574,7 +584,9 @@ class Owner:
                 self._plans.popitem(last=False)
             return m.PlanMade(self._last_plan, trajectory_value(plan.trajectory), plan.notes)
 
-        return Later(lambda: make_plan(self._arm, command.motion), finish)
+        return Later(
+            lambda: command.motion.plan(Planner(self._arm.workspace, self._arm.positions)), finish
+        )
 
     def _describe(self, *_: object) -> m.Description:
         loop = self._arm.stack.loop

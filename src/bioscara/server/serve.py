@@ -98,7 +98,7 @@ async def serve(
         scene=settings.scene,
         bench=settings.bench,
     )
-    robot.watch(priority=settings.priority, speed=settings.speed)
+    robot.watch(priority=settings.priority, real_time_factor=settings.speed)
     server = ApiServer(owner, claim, settings.group)
     gateways = Gateways(settings.gateways, settings.name, owner.announce)
     try:

@@ -41,7 +41,7 @@ class Simulation:
         faults = () if bench is None else bench.faults
         return m.SimulationState(
             available=bench is not None,
-            speed=math.nan if bench is None or clock is None else clock.speed,
+            speed=math.nan if bench is None or clock is None else clock.real_time_factor,
             faults=tuple([m.SimulatedFaultValue(*fault) for fault in faults]),
         )
 
@@ -61,5 +61,5 @@ class Simulation:
         if not SLOWEST <= speed <= FASTEST:
             raise LimitError("speed of the simulation", speed, SLOWEST, FASTEST, "")
         if self._clock is not None:
-            self._clock.speed = speed
+            self._clock.real_time_factor = speed
             self._changed(f"{client} set the speed of the simulation to {speed:g}")

@@ -16,6 +16,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from bioscara.api import framing, runtime
 from bioscara.api.gateway_pages import Announcement
 from bioscara.errors import ConfigurationError
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.addresses import (
     LOCAL_NAMES,
     OwnAddresses,
@@ -25,7 +26,6 @@ from bioscara.web.access.addresses import (
 )
 from bioscara.web.access.browser_sessions import BrowserSessions
 from bioscara.web.access.certificates import fingerprint, self_signed
-from bioscara.web.access.scopes import Scope
 from bioscara.web.access.tokens import Tokens, default_path, load_tokens
 from bioscara.web.app import guarded, make_app
 from bioscara.web.settings import WebSettings

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bioscara import Robot
 from bioscara.clock import Clock
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.joint_trajectory import (
@@ -31,7 +32,6 @@ from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import LifecycleState
 from bioscara.hardware.command_modes import Mode
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.control_stack import LIMITS, NAMES, NEAR, PARAMETERS, World
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import Transaction
 from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
@@ -34,7 +35,6 @@ from bioscara.errors import (
 from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState, Urdf
 from bioscara.model.urdf import URDF
 from bioscara.model.validation import Checked
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from control.control_stack import LIMITS, NAMES, NEAR, PARAMETERS, World
 from control.scripted_controller import Box, boom, wild

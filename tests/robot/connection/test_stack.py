@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.errors import GoalAbortedError, HomingError
 from bioscara.model import ArmParameters, load_parameters, loading
-from bioscara.robot import Robot
 from bioscara.robot.connection.stack import HOLD
 from simulated import simulated_robot
 

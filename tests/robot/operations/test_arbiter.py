@@ -12,6 +12,7 @@ from types import FrameType
 
 import pytest
 
+from bioscara import Robot
 from bioscara.bus import Transaction
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.homing_controller import HomingController
@@ -32,7 +33,6 @@ from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene as Surroundings
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations import arbiter
 from bioscara.robot.operations.arbiter import Arbiter

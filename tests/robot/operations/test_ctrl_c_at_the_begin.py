@@ -25,7 +25,7 @@ def robot(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Robot]:
     with own_robot(tmp_path, arm=simulated_bus(seed=2, homed=True, at=HALF).arm) as robot:
         robot.enable()
         if request.param == "watched":
-            robot.watch(speed=50.0)
+            robot.watch(real_time_factor=50.0)
         yield robot
 
 

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 import pytest
 
+from bioscara import Robot
 from bioscara.errors import (
     BusyError,
     FaultedError,
@@ -32,13 +33,13 @@ from bioscara.model import load_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot
 from bioscara.robot.operations.between_cycles import BetweenCycles, between_cycles
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
 from bioscara.robot.operations.motions.home import Home
 from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.motions.move_gripper import MoveGripper
-from bioscara.robot.operations.operation import OnCycle, Operation, Status
+from bioscara.robot.operations.operation import OnCycle, Operation
+from bioscara.robot.operations.running import Status
 from bioscara.sim import FirmwareBus, SimulatedArm
 from robot.operations.test_arbiter import GOAL, LONG, START, Gate, Other, Scene
 from simulated import NEAR

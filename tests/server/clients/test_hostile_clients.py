@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
@@ -34,7 +35,7 @@ from bioscara.errors import (
     LeaseError,
     ProtocolError,
 )
-from bioscara.robot import Robot
+from bioscara.robot import tasks
 from bioscara.server.clients import api_server, connection
 from bioscara.server.clients.client import Later
 from bioscara.server.serve import Served
@@ -155,7 +156,7 @@ def test_a_message_that_takes_long_to_read_is_refused_also_of_the_client_that_co
         epoch = client.acquire()
         text = "x" * (framing.REQUEST_MAX - 200)
         with pytest.raises(InvalidArgumentError):
-            client.request(m.Start(task=m.MoveNamed(name=text)), epoch)
+            client.request(m.Start(task=tasks.MoveNamed(name=text)), epoch)
         client.send_bytes(struct.pack(">I", framing.REQUEST_MAX + 1))
         assert "is announced" in str(refusal(client))
 
@@ -369,12 +370,12 @@ def test_events_that_are_not_kept_are_reported_as_a_gap(arm: Served) -> None:
 
 
 def test_requests_in_work_are_limited_and_a_stop_never_waits(served: Served) -> None:
-    plan = m.MakePlan(m.MoveNamed(name="center"))
+    plan = m.MakePlan(tasks.MoveNamed(name="center"))
     with RawClient("planner") as client, RawClient("commander") as commander:
         numbers = [client.begin(plan) for _ in range(200)]
         begin = time.monotonic()
         epoch = commander.acquire()
-        task = m.MoveRelative(z=0.001)
+        task = tasks.MoveRelative(z=0.001)
         accepted = commander.request(m.Start(task=task), epoch)
         assert isinstance(accepted, m.Accepted)
         commander.request(m.StopAll())
@@ -387,7 +388,9 @@ def test_requests_in_work_are_limited_and_a_stop_never_waits(served: Served) -> 
         eventually(lambda: not served.robot.is_moving)
 
 
-@pytest.mark.parametrize("command", [m.GetParameters(), m.GetTrajectories(1), m.GetWorkspace()])
+@pytest.mark.parametrize(
+    "command", [m.GetParameters(), m.GetTrajectories(1), m.GetHistory(begin=0.0)]
+)
 def test_whatever_is_answered_later_is_limited(
     command: m.AnyCommand, served: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -417,7 +420,7 @@ def test_yesterdays_epoch_commands_nothing(served: Served) -> None:
         epoch = new.acquire(force=True)
         goals = served.owner.goals.last
         for command in (
-            m.Start(task=m.HomeTask()),
+            m.Start(task=tasks.Home()),
             m.SetSpeedOverride(1.0),
             m.RenewLease(),
             m.ReleaseLease(),
@@ -432,7 +435,7 @@ def test_yesterdays_epoch_commands_nothing(served: Served) -> None:
         assert served.owner.goals.last == goals
         new.request(m.ReleaseLease(), epoch)
         with pytest.raises(LeaseError):
-            old.request(m.Start(task=m.HomeTask()), former)
+            old.request(m.Start(task=tasks.Home()), former)
         assert old.acquire() > epoch
         old.request(m.ReleaseLease(), old.acquire())
 
@@ -461,16 +464,16 @@ def test_a_request_that_came_before_is_not_carried_out_again(arm: Served) -> Non
     with RawClient("twice") as client:
         epoch = client.acquire()
         goals = arm.owner.goals.last
-        number = client.begin(m.Start(task=m.MoveRelative(z=0.001)), epoch)
+        number = client.begin(m.Start(task=tasks.MoveRelative(z=0.001)), epoch)
         first = client.answer(number)
         for _ in range(3):
-            again = client.answer(client.begin(m.Start(task=m.HomeTask()), epoch, number))
+            again = client.answer(client.begin(m.Start(task=tasks.Home()), epoch, number))
             assert again == first
         assert arm.owner.goals.last == goals + 1
         for _ in range(connection.ANSWERS + 10):
             client.begin(m.SetSpeedOverride(1.0), epoch, number := number + 1)
             client.answer(number)
-        old = client.answer(client.begin(m.Start(task=m.HomeTask()), epoch, 2))
+        old = client.answer(client.begin(m.Start(task=tasks.Home()), epoch, 2))
         client.number = number
         assert isinstance(old, m.RequestFailed)
         assert "long ago" in old.failure.text
@@ -646,13 +649,13 @@ def as_user(uid: int, gid: int, action: Callable[[], str]) -> str:
 
 def test_random_changes_of_real_requests_end_nothing_but_their_connection(served: Served) -> None:
     requests = [
-        m.Start(task=m.MoveTo(pose=served.robot.pose), timeout=1.0),
+        m.Start(task=tasks.MoveTo(pose=served.robot.pose), timeout=1.0),
         m.Start(task=m.SetScene(scene=m.SceneValue())),
         m.Start(task=m.SetTable(table=served.robot.table)),
         m.AcquireLease(),
         m.Subscribe(states=True, events_after=0),
         m.GetFlightRecord("x"),
-        m.MakePlan(m.MoveNamed(name="center")),
+        m.MakePlan(tasks.MoveNamed(name="center")),
     ]
     ended = 0
     for seed in range(150):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,6 +17,7 @@ from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.errors import BioscaraError
 from bioscara.printing import LONGEST
+from bioscara.robot import tasks
 from served import RawClient, arm_served, eventually
 
 LENGTH = 100_000
@@ -25,6 +28,15 @@ A character has up to four bytes.
 """
 _TRAJECTORY = JointTrajectory(("j1",), (Point(1.0, (0.0,)),))
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
+
+
+def unchecked(task: tasks.Home, **values: Any) -> tasks.Home:
+    """Return a task as a client of another language may send it."""
+    for name, value in values.items():
+        msgspec.structs.force_setattr(task, name, value)
+    return task
+
+
 COMMANDS: dict[str, Callable[[str], m.AnyCommand]] = {
     "load": lambda name: m.LoadController(name=name, type="a/B"),
     "type": lambda name: m.LoadController(name="a", type=name),
@@ -48,11 +60,11 @@ COMMANDS: dict[str, Callable[[str], m.AnyCommand]] = {
     "overlay": lambda name: m.SetParameters(overlay=name, revision=1),
     "record": m.GetFlightRecord,
     "report": m.Report,
-    "pose": lambda name: m.Start(task=m.MoveNamed(name=name)),
-    "plan": lambda name: m.MakePlan(m.MoveNamed(name=name)),
-    "tool": lambda name: m.Start(task=m.SetTool(name=name)),
-    "joints": lambda name: m.Start(task=m.HomeTask(joints=(name,))),
-    "sensitivity": lambda name: m.Start(task=m.HomeTask(sensitivity={name: 1})),
+    "pose": lambda name: m.Start(task=tasks.MoveNamed(name=name)),
+    "plan": lambda name: m.MakePlan(tasks.MoveNamed(name=name)),
+    "tool": lambda name: m.Start(task=tasks.SetTool(name=name)),
+    "joints": lambda name: m.Start(task=unchecked(tasks.Home(), joints=(name,))),
+    "sensitivity": lambda name: m.Start(task=unchecked(tasks.Home(), sensitivity={name: 1})),
     "fault": lambda name: m.SimulateFault(name, "j1"),
     "joint": lambda name: m.SimulateFault("reset", name),
 }

@@ -8,10 +8,11 @@ import pytest
 
 from bioscara import LeaseError
 from bioscara.api import messages as m
+from bioscara.robot import tasks
 from bioscara.server.serve import Served
 from served import RawClient, arm_served, eventually
 
-AWAY = m.MoveJoints(goal=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
+AWAY = tasks.MoveJoints(positions=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
 
 
 @pytest.fixture(scope="module")

@@ -12,11 +12,12 @@ import pytest
 from bioscara import MotionCancelledError
 from bioscara.api import messages as m
 from bioscara.cli import main
+from bioscara.robot import tasks
 from bioscara.server.serve import Served
 from processes import LIMIT, environment, wait_for_line
 from served import HALF, NAME, RawClient, arm_served, eventually, runtime_folder
 
-AWAY = m.MoveJoints(goal=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
+AWAY = tasks.MoveJoints(positions=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
 
 
 @pytest.fixture(scope="module")

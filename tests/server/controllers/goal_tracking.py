@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bioscara import Robot
 from bioscara.control.controllers.joint_trajectory import (
     Goal,
     GoalStatus,
@@ -20,7 +21,6 @@ from bioscara.control.controllers.joint_trajectory import (
     Point,
 )
 from bioscara.remote import RemoteRobot
-from bioscara.robot import Robot
 from bioscara.server.serve import ServeSettings, serving
 from client_controllers import JOINTS, POSITION_JTC, VELOCITY_JTC, Site, parameter_file
 from served import HALF, NAME, own_robot, runtime_folder

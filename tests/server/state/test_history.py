@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from bioscara.api import messages as m
 from bioscara.errors import InvalidArgumentError, LimitError
+from bioscara.robot import tasks
 from bioscara.server.state.history import DURATION, StateHistory
 from served import RawClient, arm_served, eventually
 
@@ -113,7 +114,7 @@ def test_a_client_sees_a_motion_that_ended_before_it_came() -> None:
     with arm_served() as served, RawClient() as client:
         begin = served.owner.sample.time
         epoch = client.acquire()
-        goal = client.request(m.Start(task=m.MoveRelative(z=0.01)), epoch).goal.goal
+        goal = client.request(m.Start(task=tasks.MoveRelative(z=0.01)), epoch).goal.goal
         eventually(lambda: served.owner.goals.get(goal).operation.done)
         with RawClient(name="later") as other:
             answer = other.request(m.GetHistory(begin=begin, points=400))

@@ -13,7 +13,7 @@ from bioscara.api import messages as m
 from bioscara.control.controllers.joint_trajectory import PreparedGoal
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.remote.link import OwnerLink
-from bioscara.robot.operations.operation import Status
+from bioscara.robot.operations.running import Status
 from bioscara.server.clients import events
 from bioscara.server.tasks import goals
 from bioscara.sim import FirmwareBus

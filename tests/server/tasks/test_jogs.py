@@ -86,7 +86,7 @@ def test_an_ended_jog_takes_no_velocity_and_does_not_expire() -> None:
         stream.set(TURN)
 
 
-def begun(client: RawClient, epoch: int, task: m.JogTask) -> int:
+def begun(client: RawClient, epoch: int, task: m.Jog) -> int:
     """Begin a jog; return its number."""
     accepted = client.request(m.Start(task=task), epoch)
     return int(accepted.goal.goal)
@@ -105,7 +105,7 @@ def test_an_expired_jog_rests_says_so_and_refuses_late_velocities() -> None:
         epoch = client.acquire()
         client.request(m.Subscribe(events_after=client.welcome.last_event))
         before = served.owner.sample.commands
-        goal = begun(client, epoch, m.JogTask(expiry=0.1, joints=TURN))
+        goal = begun(client, epoch, m.Jog(expiry=0.1, joints=TURN))
         ended = client.event("goal_ended", goal=goal).goal
         assert ended is not None
         assert ended.failure is not None
@@ -120,7 +120,7 @@ def test_an_expired_jog_rests_says_so_and_refuses_late_velocities() -> None:
         assert rests(served)
         # Only another press moves the arm.
         before = served.owner.sample.commands
-        other = begun(client, epoch, m.JogTask(expiry=0.5, tool=RAISE))
+        other = begun(client, epoch, m.Jog(expiry=0.5, tool=RAISE))
         until(lambda: served.owner.sample.commands[1] > before[1])
         client.request(m.EndJog(other), epoch)
         assert client.event("goal_ended", goal=other).goal.status == "succeeded"  # type: ignore[union-attr]
@@ -129,7 +129,7 @@ def test_an_expired_jog_rests_says_so_and_refuses_late_velocities() -> None:
 def test_velocities_keep_a_jog_alive_beyond_its_expiry() -> None:
     with arm_served(speed=1.0) as served, RawClient() as client:
         epoch = client.acquire()
-        goal = begun(client, epoch, m.JogTask(expiry=0.5, joints=TURN))
+        goal = begun(client, epoch, m.Jog(expiry=0.5, joints=TURN))
         until = time.monotonic() + 1.0
         while time.monotonic() < until:
             client.request(m.SetJogVelocity(goal=goal, joints=TURN), epoch)
@@ -147,7 +147,7 @@ def test_the_first_velocity_commands_the_joints_within_forty_milliseconds() -> N
         for turn in range(12):
             before, begin = served.owner.sample.commands, time.monotonic()
             velocity = JointVelocity(0.3 if turn % 2 else -0.3)
-            number = client.begin(m.Start(task=m.JogTask(expiry=0.3, joints=velocity)), epoch)
+            number = client.begin(m.Start(task=m.Jog(expiry=0.3, joints=velocity)), epoch)
             until(lambda old=before: served.owner.sample.commands != old)
             taken.append(time.monotonic() - begin)
             answer = client.answer(number)
@@ -162,7 +162,7 @@ def test_the_first_velocity_commands_the_joints_within_forty_milliseconds() -> N
 def test_the_end_of_a_jog_slows_the_joints_in_the_next_cycles() -> None:
     with arm_served(speed=1.0) as served, RawClient() as client:
         epoch = client.acquire()
-        goal = begun(client, epoch, m.JogTask(expiry=0.5, joints=TURN))
+        goal = begun(client, epoch, m.Jog(expiry=0.5, joints=TURN))
         for _ in range(8):
             time.sleep(0.1)
             client.request(m.SetJogVelocity(goal=goal, joints=TURN), epoch)
@@ -193,9 +193,9 @@ def test_a_jog_that_cannot_be_is_refused_before_anything_moves() -> None:
     with arm_served() as served, RawClient() as client:
         epoch = client.acquire()
         for task in (
-            m.JogTask(expiry=0.25),
-            m.JogTask(expiry=0.25, joints=TURN, tool=RAISE),
-            m.JogTask(expiry=3.0, joints=TURN),
+            m.Jog(expiry=0.25),
+            m.Jog(expiry=0.25, joints=TURN, tool=RAISE),
+            m.Jog(expiry=3.0, joints=TURN),
         ):
             with pytest.raises(InvalidArgumentError):
                 client.request(m.Start(task=task), epoch)

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import pytest
 from websockets.exceptions import InvalidStatus
 
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.browser_sessions import LIFETIME, MOST, BrowserSessions
 from bioscara.web.access.guard import REQUESTS, SIGN_INS
-from bioscara.web.access.scopes import Scope
 from web.gateways import Site, WebClientOfTest, site
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.errors import AccessError, ConfigurationError
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.tokens import Tokens, load_tokens
 
 

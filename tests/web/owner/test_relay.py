@@ -15,8 +15,8 @@ from websockets.exceptions import ConnectionClosed
 
 from bioscara.api import framing
 from bioscara.api import messages as m
+from bioscara.robot.tasks.scope import Scope
 from bioscara.server.clients import connection
-from bioscara.web.access.scopes import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web.owner import relay
 from bioscara.web.routes import websocket

@@ -12,7 +12,7 @@ import pytest
 
 from bioscara.api.gateway_pages import Announcement, page_of
 from bioscara.api.runtime import folder
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from processes import wait_until
 from served import runtime_folder
 from web.gateways import Site, arm, site

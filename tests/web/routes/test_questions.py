@@ -12,7 +12,7 @@ import msgspec
 import pytest
 
 from bioscara.api import messages as m
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.questions import QUESTIONS
 from processes import wait_until
 from web.gateways import Site, site

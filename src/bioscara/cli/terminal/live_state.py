@@ -13,7 +13,7 @@ from bioscara.cli.output.console import Output
 from bioscara.cli.output.live_view import make_view
 from bioscara.drivers import Quality
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 
 _PERIOD = 0.1
 """Time between two readings [s]."""
@@ -24,7 +24,9 @@ _QUALITY = {
 }
 
 
-def show_live(robot: Robot, options: Options, output: Output, ended: Callable[[], bool]) -> None:
+def show_live(
+    robot: ArmMethods, options: Options, output: Output, ended: Callable[[], bool]
+) -> None:
     """Show the joints until ``ended``, and each new fault; the arm may be disabled.
 
     Args:
@@ -53,7 +55,7 @@ def show_live(robot: Robot, options: Options, output: Output, ended: Callable[[]
         view.close()
 
 
-def _record(robot: Robot, begin: float) -> CycleRecord:
+def _record(robot: ArmMethods, begin: float) -> CycleRecord:
     state = robot.state
     return CycleRecord(
         phase=Phase.WATCHING,

@@ -4,7 +4,7 @@ export type FromClient = ClientHello | ClientRequest | Received;
 
 export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetSimulationSpeed | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
-export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | ConfirmScene;
+export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | Enable | Disable | EnableGripper | DisableGripper | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Follow | Execute | Jog | SetScene | SetTable;
 
 export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold;
 
@@ -17,7 +17,7 @@ export interface Accepted {
   goal: GoalValue;
 }
 
-export interface AcknowledgeTask {
+export interface Acknowledge {
   kind: "acknowledge";
 }
 
@@ -47,7 +47,7 @@ export interface ArmParameters {
   controllers: ControllerSettings;
 }
 
-export interface AttachTask {
+export interface Attach {
   kind: "attach";
   revision?: number | null;
   load: Load;
@@ -99,7 +99,7 @@ export interface ClientRequest {
   epoch?: number | null;
 }
 
-export interface CloseGripperTask {
+export interface CloseGripper {
   kind: "close_gripper";
 }
 
@@ -210,7 +210,7 @@ export interface DesiredState {
   state: Sample;
 }
 
-export interface DetachTask {
+export interface Detach {
   kind: "detach";
   revision?: number | null;
 }
@@ -222,24 +222,24 @@ export interface DiagnosticValue {
   values: Record<string, string>;
 }
 
-export interface DisableGripperTask {
-  kind: "disable_gripper";
+export interface Disable {
+  kind: "disable";
 }
 
-export interface DisableTask {
-  kind: "disable";
+export interface DisableGripper {
+  kind: "disable_gripper";
 }
 
 export interface Done {
   kind: "done";
 }
 
-export interface EnableGripperTask {
-  kind: "enable_gripper";
+export interface Enable {
+  kind: "enable";
 }
 
-export interface EnableTask {
-  kind: "enable";
+export interface EnableGripper {
+  kind: "enable_gripper";
 }
 
 export interface EndJog {
@@ -449,11 +449,11 @@ export interface GoalValue {
   limitation: JogLimitation | null;
 }
 
-export interface GraspTask {
+export interface Grasp {
   kind: "grasp";
   load: Load;
   width?: number | null;
-  squeeze?: number | null;
+  squeeze?: number;
 }
 
 export interface GripperGoal {
@@ -528,11 +528,11 @@ export interface HoldSettings {
   max_deceleration_share: number;
 }
 
-export interface HomeTask {
+export interface Home {
   kind: "home";
+  joints?: string[] | null;
   sensitivity?: number | Record<string, number> | null;
   current?: number | Record<string, number> | null;
-  joints?: string[] | null;
 }
 
 export interface HomingParameters {
@@ -559,6 +559,13 @@ export interface Introspection {
   diagnostics: DiagnosticValue[];
 }
 
+export interface Jog {
+  kind: "jog";
+  expiry?: number | null;
+  joints?: JointVelocity | null;
+  tool?: ToolVelocity | null;
+}
+
 export type JogLimit = "change" | "expired" | "folded" | "joint_limit" | "joint_speed" | "self" | "stretched" | "table" | "tool_speed" | "zone";
 
 export interface JogLimitation {
@@ -568,13 +575,6 @@ export interface JogLimitation {
   value: number;
   unit: string;
   text: string;
-}
-
-export interface JogTask {
-  kind: "jog";
-  expiry?: number | null;
-  joints?: JointVelocity | null;
-  tool?: ToolVelocity | null;
 }
 
 export interface JointCounters {
@@ -695,11 +695,12 @@ export interface MoveCircular {
   kind: "move_circular";
   velocity_scaling?: number;
   acceleration_scaling?: number;
-  via: Pose;
-  pose: Pose;
+  via: Pose | string;
+  pose: Pose | string;
+  frame?: string | null;
 }
 
-export interface MoveGripperTask {
+export interface MoveGripper {
   kind: "move_gripper";
   width: number;
 }
@@ -708,14 +709,15 @@ export interface MoveJoints {
   kind: "move_joints";
   velocity_scaling?: number;
   acceleration_scaling?: number;
-  goal: number[];
+  positions: number[];
 }
 
 export interface MoveLinear {
   kind: "move_linear";
   velocity_scaling?: number;
   acceleration_scaling?: number;
-  pose: Pose;
+  pose: Pose | string;
+  frame?: string | null;
 }
 
 export interface MoveNamed {
@@ -746,7 +748,8 @@ export interface MoveTo {
   kind: "move_to";
   velocity_scaling?: number;
   acceleration_scaling?: number;
-  pose: Pose;
+  pose: Pose | string;
+  frame?: string | null;
 }
 
 export interface NamedPose {
@@ -761,7 +764,7 @@ export interface NotArrived {
   kind: "not_arrived";
 }
 
-export interface OpenGripperTask {
+export interface OpenGripper {
   kind: "open_gripper";
 }
 
@@ -833,17 +836,17 @@ export interface Received {
   cycle: number;
 }
 
-export interface RecoverTask {
+export interface Recover {
   kind: "recover";
+}
+
+export interface Release {
+  kind: "release";
+  opening?: number;
 }
 
 export interface ReleaseLease {
   kind: "release_lease";
-}
-
-export interface ReleaseLoad {
-  kind: "release_load";
-  opening?: number | null;
 }
 
 export interface RenewLease {
@@ -982,7 +985,7 @@ export interface SimulationState {
 
 export interface Start {
   kind: "start";
-  task: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | HomeTask | Follow | Execute | JogTask | MoveGripperTask | OpenGripperTask | CloseGripperTask | GraspTask | ReleaseLoad | EnableTask | DisableTask | EnableGripperTask | DisableGripperTask | AcknowledgeTask | RecoverTask | SetScene | SetTable | SetTool | SetReducedSpeed | AttachTask | DetachTask | ConfirmScene;
+  task: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | Enable | Disable | EnableGripper | DisableGripper | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Follow | Execute | Jog | SetScene | SetTable;
   timeout?: number | null;
   on_lease_loss?: "finish" | "stop";
   records?: boolean;

@@ -19,15 +19,15 @@ class PacedClock:
 
     Attributes:
         paced: Whether time is held back; may be changed at any time.
-        speed: Simulated time that may pass in a second of real time [s/s]; may be changed at any
-            time, and then applies from the next wait on.
+        real_time_factor: Simulated time that may pass in a second of real time ; may be changed
+            at any time, and then applies from the next wait on.
     """
 
     def __init__(self, clock: Clock, wall: Clock | None = None) -> None:
         self._clock = clock
         self._wall: Clock = MonotonicClock() if wall is None else wall
         self._paced = False
-        self.speed = self._applied = 1.0
+        self.real_time_factor = self._applied = 1.0
         self._lead = 0.0
 
     @property
@@ -49,7 +49,7 @@ class PacedClock:
         self._clock.sleep_until(deadline)
         if not self._paced:
             return
-        if self.speed != self._applied:
+        if self.real_time_factor != self._applied:
             # Here, in the thread of the loop: its settings are never half changed.
             self._restart()
         due = self._clock.now() / self._applied + self._lead
@@ -61,5 +61,5 @@ class PacedClock:
 
     def _restart(self) -> None:
         """Hold time back from now on, so that no time before counts."""
-        self._applied = self.speed
+        self._applied = self.real_time_factor
         self._lead = self._wall.now() - self._clock.now() / self._applied

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
-import threading
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Generator
 from contextlib import suppress
-from enum import Enum
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from bioscara.arguments import function, number
 from bioscara.control.loop.loop import CycleReport
@@ -17,13 +14,13 @@ from bioscara.errors import (
     InvalidArgumentError,
     LifecycleError,
     MotionCancelledError,
-    MotionTimeoutError,
     NotSupportedError,
 )
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.operations.arbiter import ARM, Claim, Device
 from bioscara.robot.operations.cycle_recorder import CycleRecorder
+from bioscara.robot.operations.running import Running, Status
 
 if TYPE_CHECKING:
     from bioscara.robot.arm import Arm
@@ -51,21 +48,8 @@ Cycles = Generator[Cycle | None, None, T]
 is a cycle of which no record is kept."""
 
 
-class Status(Enum):
-    """Stage of an operation."""
-
-    WAITING = "waiting"
-    """Not begun, or not stepped yet."""
-    RUNNING = "running"
-    PAUSED = "paused"
-    STOPPING = "stopping"
-    SUCCEEDED = "succeeded"
-    CANCELLED = "cancelled"
-    FAILED = "failed"
-
-
-class Operation(ABC, Generic[T]):
-    """Something that an arm does; the handle of a motion that was begun without waiting.
+class Operation(Running[T]):
+    """Something that an arm does, stepped in this process.
 
     :meth:`begin` claims its devices and prepares it in the calling thread, as planning may take
     longer than a cycle; :meth:`step` is called by the control loop before each cycle. However it
@@ -77,12 +61,7 @@ class Operation(ABC, Generic[T]):
         on_cycle: Receives the record of each cycle; None for no records.
 
     Attributes:
-        name: As given.
         claim: Its claim to the devices.
-        error: Why it ended early; None otherwise.
-        limitation: Why a jog does not fully follow its velocity: its joints, its surroundings, the
-            speed limit or the end of its reach. None if it does, at rest and for other operations.
-            After the end, as it was when the velocities ended.
 
     Raises:
         InvalidArgumentError: The timeout is not above zero, or ``on_cycle`` cannot be called.
@@ -95,15 +74,14 @@ class Operation(ABC, Generic[T]):
     def __init__(
         self, name: str, *, timeout: float | None = None, on_cycle: OnCycle | None = None
     ) -> None:
-        self.name = name
+        super().__init__(name)
         self.claim = Claim(name, self.devices)
         self.timeout = math.inf if timeout is None else number("timeout", timeout, infinite=True)
         if not self.timeout > 0.0:
             raise InvalidArgumentError(f"timeout {self.timeout:g} s must be above zero")
         if on_cycle is not None:
             function("on_cycle", on_cycle)
-        self.error: BaseException | None = None
-        self.limitation: JogLimitation | None = None
+        self._limitation: JogLimitation | None = None
         self._on_cycle = on_cycle
         self._recorder: CycleRecorder | None = None
         self._interruption: BaseException | None = None
@@ -112,8 +90,6 @@ class Operation(ABC, Generic[T]):
         self._result: T | None = None
         self._begun = self._paused = self._stop_seen = False
         self._arm: Arm | None = None
-        self._finished = threading.Event()
-        self._callbacks: list[Callable[[], object]] = []
 
     def prepare(self, arm: Arm) -> None:
         """Plan, and do other work that may take longer than a cycle; nothing moves.
@@ -221,14 +197,7 @@ class Operation(ABC, Generic[T]):
         """Whether the devices are coming to rest before the end."""
         return self._cycle is not None and self._cycle.phase is Phase.STOPPING
 
-    @property
-    def status(self) -> Status:
-        """Stage of the operation."""
-        if self.done:
-            if self.error is None:
-                return Status.SUCCEEDED
-            cancelled = isinstance(self.error, MotionCancelledError | MotionTimeoutError)
-            return Status.CANCELLED if cancelled else Status.FAILED
+    def _stage(self) -> Status:
         if self.stopping or (self.claim.stopped and self._begun):
             return Status.STOPPING
         if self._paused:
@@ -237,38 +206,25 @@ class Operation(ABC, Generic[T]):
 
     @property
     def done(self) -> bool:
-        """Whether it has ended."""
         return self.claim.ended
 
     @property
+    def limitation(self) -> JogLimitation | None:
+        return self._limitation
+
+    @property
     def progress(self) -> float:
-        """Share of it that is done, 0 to 1; NaN if that is unknown."""
         return 1.0 if self.done and self.error is None else math.nan
 
     @property
     def paused(self) -> bool:
-        """Whether it was paused, and not resumed or ended since."""
         return self._paused and not self.done
 
     def pause(self) -> None:
-        """Pause the motion on its path, as fast as a stop; from any thread.
-
-        Does nothing if it is paused already.
-
-        Raises:
-            LifecycleError: It has ended.
-            NotSupportedError: It cannot be paused.
-        """
         self._require_pausable("pause()")
         self._paused = True
 
     def resume(self) -> None:
-        """Continue a paused motion; does nothing if it is not paused.
-
-        Raises:
-            LifecycleError: It has ended.
-            NotSupportedError: It cannot be paused.
-        """
         self._require_pausable("resume()")
         self._paused = False
 
@@ -284,78 +240,15 @@ class Operation(ABC, Generic[T]):
     """Whether it can be paused."""
 
     def cancel(self) -> None:
-        """Bring the devices to rest and end the operation, from any thread; returns at once.
-
-        :meth:`result` then raises MotionCancelledError. Does nothing if it has ended.
-        """
         self.claim.stopped = True
         self._paused = False
 
-    def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the end, and return whether it has ended.
-
-        Ctrl-C ends the wait and cancels the operation.
-
-        Args:
-            timeout: Longest time to wait [s]; None for no limit.
-
-        Raises:
-            BusyError: Called in a callback of a motion, which would wait for itself.
-        """
+    def _require_waitable(self) -> None:
         if self._arm is not None and not self.done:
             self._arm.require_outside(f"waiting for {self.name}")
-        try:
-            return self._finished.wait(timeout)
-        except KeyboardInterrupt:
-            self.cancel()
-            raise
 
-    def result(self, timeout: float | None = None) -> T:
-        """Wait for the end and return the result.
-
-        Args:
-            timeout: Longest time to wait [s]; None for no limit. The operation goes on.
-
-        Raises:
-            MotionTimeoutError: It has not ended by then.
-            BusyError: As :meth:`wait`.
-            BioscaraError: The error that ended it.
-        """
-        if not self.wait(timeout):
-            raise MotionTimeoutError(f"{self.name} has not ended within {timeout:g} s; it goes on")
-        if self.error is not None:
-            raise self.error
+    def _outcome(self) -> T:
         return self._result  # type: ignore[return-value]  # set by a procedure that returned
-
-    def when_done(self, callback: Callable[[], object]) -> None:
-        """Call a function at the end, in the thread that steps the arm; at once if it has ended."""
-        self._callbacks.append(callback)
-        if self.done:
-            self._call_back()
-
-    def __await__(self) -> Generator[Any, None, T]:
-        return self._awaited().__await__()
-
-    async def _awaited(self) -> T:
-        """Return the result; cancelling the awaiting task stops the operation."""
-        loop, ended = asyncio.get_running_loop(), asyncio.Event()
-
-        def wake() -> None:
-            # The loop may have been closed since.
-            with suppress(RuntimeError):
-                loop.call_soon_threadsafe(ended.set)
-
-        self.when_done(wake)
-        try:
-            await ended.wait()
-        except asyncio.CancelledError:
-            self.cancel()
-            # The caller continues once the arm is at rest, even if it is cancelled again.
-            while not self.done:
-                with suppress(asyncio.CancelledError):
-                    await asyncio.sleep(0.01)
-            raise
-        return self.result()
 
     def forget(self) -> None:
         """Drop the result and the tracebacks of an ended operation, for an owner of many of these.
@@ -372,16 +265,4 @@ class Operation(ABC, Generic[T]):
         self.error = error
         self.claim.ended = True
         self.claim.released.set()
-        self._finished.set()
-        self._call_back()
-
-    def _call_back(self) -> None:
-        # Two threads may get here at once.
-        with suppress(IndexError):
-            while True:
-                self._callbacks.pop()()
-
-    def __repr__(self) -> str:
-        progress = "" if math.isnan(self.progress) else f", {self.progress:.0%}"
-        reason = f": {self.error}" if self.error is not None else ""
-        return f"<{self.name} {self.status.value}{progress}{reason}>"
+        self._finish()

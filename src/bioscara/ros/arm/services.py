@@ -152,7 +152,7 @@ def pose_of(message: Any) -> Pose:
     return Pose(message.x, message.y, message.z, message.yaw)
 
 
-def _scalings(request: Any) -> dict[str, float]:
+def _scalings(request: Any) -> dict[str, Any]:
     return {
         "velocity_scaling": request.velocity_scaling,
         "acceleration_scaling": request.acceleration_scaling,

@@ -322,7 +322,10 @@ class Connection(asyncio.Protocol):
         except Exception as error:  # noqa: BLE001  values are made, which refuse what they may
             number = self._readable_number(payload)
             refused: BioscaraError
-            if isinstance(error, msgspec.DecodeError) and not isinstance(
+            if isinstance(error.__cause__, BioscaraError):
+                # Of a value that the task itself refused, as in the program that sent it.
+                refused = error.__cause__
+            elif isinstance(error, msgspec.DecodeError) and not isinstance(
                 error, msgspec.ValidationError
             ):
                 refused = ProtocolError(f"the message cannot be read: {error}")
@@ -397,10 +400,10 @@ class Connection(asyncio.Protocol):
             session.answers[number] = None
         answer = self._answerer(session, number, keep=keep)
         try:
-            result = self._owner.handle(self, command, request.epoch, len(self._connections))
-            if isinstance(result, Later) and len(self._finishing) >= PENDING:
+            if command.slow and len(self._finishing) >= PENDING:
                 text = f"{PENDING} requests of this client are in work; wait for their answers"
                 raise BusyOwnerError(text)
+            result = self._owner.handle(self, command, request.epoch, len(self._connections))
         except Exception as error:  # noqa: BLE001  answered to the client
             answer(self._refusal(number, error))
             return

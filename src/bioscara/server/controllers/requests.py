@@ -401,7 +401,7 @@ class ClientControllers:
 
     def _introspect(self, _: Client, command: m.GetIntrospection, __: int) -> Later:
         stack, clock = self._arm.stack, self._arm.session.clock
-        pace = clock.speed if isinstance(clock, PacedClock) else 1.0
+        pace = clock.real_time_factor if isinstance(clock, PacedClock) else 1.0
         thresholds = Thresholds(stack.loop.rate, command.thresholds, pace)
 
         def ask() -> m.Introspection:

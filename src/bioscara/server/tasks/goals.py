@@ -15,7 +15,8 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.planning import Trajectory
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory
 from bioscara.robot.operations.motions.jog import Jog
-from bioscara.robot.operations.operation import Operation, Status
+from bioscara.robot.operations.operation import Operation
+from bioscara.robot.operations.running import Status
 
 _ENDED = frozenset({Status.SUCCEEDED, Status.CANCELLED, Status.FAILED})
 KEPT = 1000

@@ -93,7 +93,7 @@ class JogStream:
             )
 
 
-def velocity_of(message: m.JogTask | m.SetJogVelocity) -> Velocity:
+def velocity_of(message: m.Jog | m.SetJogVelocity) -> Velocity:
     """Return the velocity in a message: of the joints or of the tool.
 
     Raises:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 
 LIFETIME = 12 * 3600.0
 """Time after which a browser has to sign in again [s]."""

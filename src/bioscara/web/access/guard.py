@@ -18,10 +18,10 @@ from starlette.types import ASGIApp, Message, Receive, Send
 from starlette.types import Scope as AsgiScope
 
 from bioscara.errors import AccessError
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.addresses import OwnAddresses
 from bioscara.web.access.browser_sessions import BrowserSession, BrowserSessions
 from bioscara.web.access.rate_limit import RateLimits
-from bioscara.web.access.scopes import Scope
 from bioscara.web.access.tokens import Tokens
 
 REQUESTS = 50

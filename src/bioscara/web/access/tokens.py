@@ -14,7 +14,7 @@ import msgspec
 
 from bioscara.api import runtime
 from bioscara.errors import AccessError, ConfigurationError
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 
 _BYTES = 16
 """Length of a token: 128 bits."""

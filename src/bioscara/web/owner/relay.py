@@ -26,8 +26,8 @@ from bioscara.errors import (
     ProtocolError,
 )
 from bioscara.printing import printable
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.rate_limit import RateLimit
-from bioscara.web.access.scopes import Scope, required_scope
 from bioscara.web.owner.outbox import Outbox
 from bioscara.web.owner.stream import OwnerStream
 
@@ -228,7 +228,7 @@ class Relay:
 
     def _beyond_scope(self, command: m.AnyCommand) -> str:
         """Return why the client may not give a command; empty if it may."""
-        needed = required_scope(command)
+        needed = command.required_scope
         if needed <= self._client.scope:
             return ""
         what = command.task if isinstance(command, m.Start) else command
@@ -239,7 +239,7 @@ class Relay:
 
     def _as_author(self, request: m.ClientRequest) -> m.ClientRequest:
         """Return a request to pause that says whether this client may resume."""
-        command = m.Pause(may_resume=required_scope(m.Resume()) <= self._client.scope)
+        command = m.Pause(may_resume=m.Resume().required_scope <= self._client.scope)
         return msgspec.structs.replace(request, command=command)
 
     def _introduced(self, hello: m.ClientHello) -> m.ClientHello:

@@ -17,8 +17,8 @@ from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import failure_of
 from bioscara.errors import BioscaraError, InvalidArgumentError
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.guard import Credential, failure_body
-from bioscara.web.access.scopes import Scope
 from bioscara.web.owner.queries import RequestFailedError
 
 JSON = "application/json"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import FastAPI, WebSocket
 
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.owner.relay import Relay, WebClient
 from bioscara.web.routes.http import Viewer
 from bioscara.web.settings import WebSettings

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.cli import main
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, serve
 
 JOINTS = ("j1", "j2", "j3", "j4")

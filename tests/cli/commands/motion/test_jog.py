@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 import bioscara.sim
+from bioscara import Robot
 from bioscara.cli import main
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from simulated import NEAR
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import bioscara.sim
+from bioscara import Robot
 from bioscara.bus import Bus
 from bioscara.cli import main
 from bioscara.model import load_parameters
 from bioscara.planning import read
-from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 PARAMETERS = load_parameters()

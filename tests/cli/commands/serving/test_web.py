@@ -21,8 +21,8 @@ from bioscara.api import messages as m
 from bioscara.api import runtime
 from bioscara.cli import main
 from bioscara.remote.link import OwnerLink
+from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served
-from bioscara.web.access.scopes import Scope
 from bioscara.web.access.tokens import default_path, load_tokens
 from processes import environment, wait_until
 from web.gateways import WebClientOfTest, arm

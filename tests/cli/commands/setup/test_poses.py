@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 import bioscara.sim
+from bioscara import Robot
 from bioscara.bus import Bus
 from bioscara.cli import main
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
 from bioscara.robot.workspace.teach_file import load_table
 from bioscara.robot.workspace.tools import fingers
 from bioscara.sim import FirmwareBus, SimulatedArm

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.errors import GoalAbortedError, TrajectoryError, ZoneError
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
@@ -16,7 +17,6 @@ from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.planning.trajectory.retiming import stretched
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import SimulatedArm

@@ -12,7 +12,7 @@ import pytest
 from bioscara.dashboard.model import meshes
 from bioscara.dashboard.trajectories import SIZE_MAX
 from bioscara.model.meshes import read_stl
-from bioscara.web.access.scopes import Scope
+from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.dashboard import trajectories
 from processes import wait_until
 from recording.served_arm import recording

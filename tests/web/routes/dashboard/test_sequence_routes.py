@@ -15,8 +15,8 @@ from bioscara.robot.sequences.calls import calls
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
 from bioscara.robot.sequences.steps import StepSequence, sequence_of
+from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.workspace.workspace import Workspace
-from bioscara.web.access.scopes import Scope
 from robot.sequences.samples import EACH_KIND
 from served import HALF
 from web.gateways import Site, site

@@ -25,7 +25,7 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.workspace.tools import fingers
 
 _STEP_SCALING = 0.3
@@ -65,7 +65,7 @@ def run(options: Options) -> int:
     return ExitStatus.OK
 
 
-def _jog(robot: Robot, keyboard: Keyboard, keys: JogKeys, progress: Progress) -> None:
+def _jog(robot: ArmMethods, keyboard: Keyboard, keys: JogKeys, progress: Progress) -> None:
     """Jog until ``q`` or the end of the terminal; steps are planned motions in between."""
 
     def velocity() -> JointVelocity | ToolVelocity | None:

@@ -18,7 +18,7 @@ from bioscara.cli.target import (
 )
 from bioscara.cli.teach_table import read_table
 from bioscara.cli.terminal.keyboard import motion_keys
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 
 
 def run(options: Options) -> int:
@@ -55,13 +55,13 @@ def run(options: Options) -> int:
     return ExitStatus.OK
 
 
-def _arrange_owned(robot: Robot, options: Options) -> None:
+def _arrange_owned(robot: ArmMethods, options: Options) -> None:
     table = read_table(options, robot.table.fingers) if options.table else robot.table
     arrange(robot, options, table, scene_from(options), options.tool)
     check_target(robot.plan, options)
 
 
-def _move(robot: Robot, options: Options, progress: Progress) -> None:
+def _move(robot: ArmMethods, options: Options, progress: Progress) -> None:
     progress.phase("homing the joints that are not homed")
     robot.home(on_cycle=progress.cycle)
     plan = plan_target(robot.plan, options)

@@ -33,6 +33,7 @@ from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.cli.terminal.keyboard import motion_keys
+from bioscara.connect import Robot
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import (
     BioscaraError,
@@ -55,7 +56,7 @@ from bioscara.report import (
     text,
 )
 from bioscara.report.folder import TRAJECTORY, default_path
-from bioscara.robot import Robot
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.operations.motions.follow_trajectory import checked
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.sequences.sequence_file import is_sequence
@@ -319,7 +320,7 @@ def _keep_trajectory(folder: RunFolder, planned: Trajectory) -> None:
 
 
 def _move(
-    robot: Robot,
+    robot: ArmMethods,
     job: Job,
     folder: RunFolder,
     progress: Progress,

@@ -13,8 +13,8 @@ from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.teach_table import table_file
+from bioscara.connect import Robot
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.robot import Robot
 from bioscara.server import log
 from bioscara.server.owner import Owner
 from bioscara.server.serve import ServeSettings, serve
@@ -99,7 +99,7 @@ def run(options: Options) -> int:
                 evidence=options.evidence,
             )
         else:
-            robot = Robot.connect(
+            robot = Robot.on_bus(
                 options.bus, parameters, rate=options.rate, evidence=options.evidence
             )
         # Connecting reports to systemd that the service is ready: a signal may come from then on.

@@ -39,7 +39,7 @@ def run(options: Options) -> int:
     """
     require_packages()
     # Imported here: installed by an extra.
-    from bioscara.web.access.scopes import Scope  # noqa: PLC0415
+    from bioscara.robot.tasks.scope import Scope  # noqa: PLC0415
     from bioscara.web.gateway import Gateway, GatewaySettings  # noqa: PLC0415
 
     output, arm = Output(), owner_name(options)

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.commands.setup.flash_all import flash_all
 from bioscara.cli.flashed_joint import BoardToFlash, JointOnBus, describe, first_installed
-from bioscara.cli.opened_arm import open_arm
+from bioscara.cli.opened_arm import own_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import raising_keyboard_interrupt
@@ -45,7 +45,7 @@ def _flash_one(number: int, options: Options, output: Output) -> ExitStatus:
     with ExitStack() as stack, raising_keyboard_interrupt():
         joint = None
         if options.bus is not None:
-            robot = open_arm(options, parameters_from(options))
+            robot = own_arm(options, parameters_from(options))
             stack.enter_context(robot.bus)
             joint = JointOnBus(robot.joints[number - 1], robot.clock, output.line)
             joint.prepare(programmer, image)

@@ -8,7 +8,7 @@ from functools import partial
 
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.flashed_joint import BoardToFlash, JointOnBus, describe, first_installed
-from bioscara.cli.opened_arm import open_arm
+from bioscara.cli.opened_arm import own_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.signals import raising_keyboard_interrupt
@@ -34,7 +34,7 @@ def flash_all(options: Options, output: Output) -> ExitStatus:
     for image in images:
         output.line(describe(image))
     programmer = first_installed(Dfu(MonotonicClock()))
-    robot = open_arm(options, parameters_from(options))
+    robot = own_arm(options, parameters_from(options))
     with robot.bus, raising_keyboard_interrupt():
         _require_none_in_bootloader(programmer, options)
         waiting = _find_waiting(robot, images, options, output)

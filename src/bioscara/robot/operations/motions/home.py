@@ -22,8 +22,17 @@ PerJoint = int | Mapping[str, int] | None
 """A number for all joints, or by the names of joints; None for the configured ones."""
 
 
-def _per_joint(what: str, given: PerJoint, check: Callable[[str, int], int]) -> dict[str, int]:
-    """Return the number of each joint that one is given for."""
+def per_joint(what: str, given: PerJoint, check: Callable[[str, int], int]) -> dict[str, int]:
+    """Return the number of each joint that one is given for.
+
+    Args:
+        what: Name of the number in errors.
+        given: One number for all joints, or by the names of joints.
+        check: Checks the number of a joint.
+
+    Raises:
+        LimitError, InvalidArgumentError: There is no such joint, or a number cannot be used.
+    """
     if given is None:
         return {}
     values = given if isinstance(given, Mapping) else dict.fromkeys(JOINTS, given)
@@ -34,8 +43,12 @@ def _per_joint(what: str, given: PerJoint, check: Callable[[str, int], int]) -> 
     return {name: check(name, value) for name, value in values.items()}
 
 
-def _chosen(joints: Sequence[str] | None) -> tuple[str, ...] | None:
-    """Return the names of the joints to home; None for those that are not homed."""
+def chosen(joints: Sequence[str] | None) -> tuple[str, ...] | None:
+    """Return the names of the joints to home; None for those that are not homed.
+
+    Raises:
+        InvalidArgumentError: There is no such joint, or none is given.
+    """
     if joints is None:
         return None
     names = items("the joints to home", joints, 'give ["j2"]')
@@ -82,9 +95,9 @@ class Home(Operation[None]):
         on_cycle: OnCycle | None = None,
     ) -> None:
         super().__init__("home()", timeout=timeout, on_cycle=on_cycle)
-        self._joints = _chosen(joints)
-        self._sensitivity = _per_joint("sensitivity", sensitivity, check_sensitivity)
-        self._current = _per_joint("current", current, check_current)
+        self._joints = chosen(joints)
+        self._sensitivity = per_joint("sensitivity", sensitivity, check_sensitivity)
+        self._current = per_joint("current", current, check_current)
         self._progress = math.nan
 
     @property

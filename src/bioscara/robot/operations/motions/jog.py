@@ -76,7 +76,7 @@ class Jog(Operation[None]):
         def done() -> bool:
             nonlocal ended, since
             if not ended:
-                self.limitation = jog.limitation
+                self._limitation = jog.limitation
             now, velocity = clock.now(), None if ended else self.velocities()
             ended = velocity is None
             if velocity is None:

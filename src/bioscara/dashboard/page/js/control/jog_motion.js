@@ -118,7 +118,7 @@ export function stepTask(mode, index, size, share, known, frame) {
   const goal = sample.names.map((_, each) => sample.commands[each] ?? sample.positions[each]);
   if (goal.some((position) => position === null)) return null;
   goal[index] += step;
-  return { kind: "move_joints", goal, velocity_scaling: share };
+  return { kind: "move_joints", positions: goal, velocity_scaling: share };
 }
 
 /**
@@ -166,7 +166,7 @@ export function jogCode(mode, index, size, held, speed, share, known, frame) {
   }
   const task = stepTask(mode, index, size, share, known, frame);
   if (task?.kind === "move_joints") {
-    return `robot.move_joints([${task.goal.map((value) => pythonNumber(value)).join(", ")}], velocity_scaling=${pythonNumber(task.velocity_scaling ?? 1, 3)})`;
+    return `robot.move_joints([${task.positions.map((value) => pythonNumber(value)).join(", ")}], velocity_scaling=${pythonNumber(task.velocity_scaling ?? 1, 3)})`;
   }
   if (task?.kind === "move_relative") {
     const given = /** @type {const} */ (["x", "y", "z", "yaw"]).filter((name) => task[name]).map((name) => `${name}=${pythonNumber(task[name] ?? 0)}`);

@@ -183,7 +183,7 @@ class Bench {
     }
     await this.app.attempt(async () => {
       for (const goal of [this.#goal(index, begin), begin]) {
-        const started = await this.app.start({ kind: "move_joints", goal, velocity_scaling: SHARE, acceleration_scaling: SHARE });
+        const started = await this.app.start({ kind: "move_joints", positions: goal, velocity_scaling: SHARE, acceleration_scaling: SHARE });
         const end = await this.app.ended(started.goal);
         if (end.failure) throw new RequestError(end.failure);
       }

@@ -1,7 +1,7 @@
 // Going to a pose that is typed in, or to one that has a name; with the plan shown before.
 
 /** @import { App } from "../app.js" */
-/** @import { MoveJoints, MoveLinear, MoveNamed, MoveTo, Unfold } from "../../messages.d.ts" */
+/** @import { MoveJoints, MoveLinear, MoveNamed, MoveTo, Pose, Unfold } from "../../messages.d.ts" */
 
 import { button, h, setText } from "../dom.js";
 import { duration } from "../format.js";
@@ -45,7 +45,7 @@ export function goToCard(app) {
   };
   arm.on("sample", first);
   const missing = () => (fields.some((field) => Number.isNaN(field.value())) || Number.isNaN(share.value()) ? text("run.fields") : "");
-  /** @returns {MoveTo | MoveLinear} */
+  /** @returns {(MoveTo | MoveLinear) & {pose: Pose}} */
   const motion = () => ({
     kind: kind.value === "move_linear" ? "move_linear" : "move_to",
     pose: [fields[0].value(), fields[1].value(), fields[2].value(), fields[3].value()],

@@ -82,7 +82,7 @@ function carrying(app) {
   arm.on("workspace", update);
   update();
   const grasp = action(app, text("run.grasp"), () => app.start({ kind: "grasp", load: load() }), { ...NEEDS, extra: missing });
-  const release = action(app, text("run.let_go"), () => app.start({ kind: "release_load" }), NEEDS);
+  const release = action(app, text("run.let_go"), () => app.start({ kind: "release" }), NEEDS);
   return h("details", { class: "column" }, h("summary", { text: text("run.load") }),
     h("div", { class: "fields" }, h("label", { class: "field" }, h("span", { class: "field-name", text: text("run.load_name") }), name), ...fields.map(({ element }) => element)),
     h("label", {}, table, text("run.load_table")),
