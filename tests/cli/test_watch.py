@@ -27,8 +27,6 @@ from bioscara.robot.workspace.poses import NamedPose
 from processes import environment, wait_for_line, wait_until
 from served import RawClient, runtime_folder
 
-pytestmark = pytest.mark.realtime
-
 
 def test_it_moves_the_served_arm_and_opens_its_page_without_a_token_in_arguments(
     start: Callable[..., Popen[str]], tmp_path: Path

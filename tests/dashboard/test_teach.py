@@ -19,7 +19,7 @@ from processes import wait_until
 from robot.sequences.samples import EACH_KIND
 from served import HALF
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 NEAR = Joints(0.4, 0.2, 0.8, -0.5)
 """A tenth of a radian from where the arm stands."""
@@ -159,6 +159,7 @@ def test_frames_are_saved_at_the_tool_and_deleted_with_undo(panel: Page, left: S
     wait_until(lambda: left.robot.frames == (), "it is deleted")
 
 
+@pytest.mark.path
 def test_a_sequence_is_loaded_planned_carried_out_and_saved(
     panel: Page, left: Site, tmp_path: Path
 ) -> None:

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.system.observed_arm import at_rest, truth
 
 from bioscara import Robot
 from bioscara.api import messages as m
@@ -31,8 +30,7 @@ from bioscara.server.serve import Served, ServeSettings, serving
 from full_disk import full_after
 from processes import environment, wait_for_line
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
-
-pytestmark = pytest.mark.realtime
+from system.observed_arm import at_rest, truth
 
 ARM = Path(__file__).parents[1] / "system/observed_arm.py"
 CLIENT = """

@@ -28,7 +28,6 @@ from bioscara.viewer.player import SPEEDS, Player
 from bioscara.viewer.zones import NEAREST
 from viewer.browser import Browser, wait
 
-pytestmark = pytest.mark.realtime
 PARAMETERS = load_parameters()
 LIMITS = PARAMETERS.joints
 ARM = kinematics_of(PARAMETERS)

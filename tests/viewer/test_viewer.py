@@ -29,8 +29,6 @@ from bioscara.viewer.sliders import Sliders  # noqa: E402
 from bioscara.viewer.zones import edges, solid  # noqa: E402
 from viewer.browser import Browser, wait  # noqa: E402
 
-pytestmark = pytest.mark.realtime
-
 PARAMETERS = load_parameters()
 SCENE = Scene(
     (

@@ -304,11 +304,10 @@ def test_stop_imports_the_standard_library_only() -> None:
     assert imported - set(sys.stdlib_module_names) <= {"bioscara"}
 
 
-@pytest.mark.realtime
 def test_a_served_arm_ends_with_a_signal_and_its_name_is_free(
     start: Callable[..., subprocess.Popen[str]],
 ) -> None:
-    program = start("-m", "bioscara", "serve", "--name", "signalled", "--with", "")
+    program = start("-m", "bioscara", "serve", "--name", "signalled", "--with", "", cold=True)
     lines = iter(program.stdout or ())
     assert "is served" in next(line for line in lines if "served" in line)
     assert runtime.find("signalled").pid == program.pid

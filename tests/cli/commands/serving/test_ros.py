@@ -52,7 +52,6 @@ def test_serve_runs_the_node_with_arguments_of_ros() -> None:
     ]
 
 
-@pytest.mark.realtime
 def test_the_owner_of_a_node_ends_with_it(start: Callable[..., subprocess.Popen[str]]) -> None:
     """Also where the node is killed: the kernel sends the signal."""
     program = (

@@ -49,9 +49,8 @@ def test_without_viser_the_error_names_the_package(
 
 
 @needs_viser
-@pytest.mark.realtime
 def test_it_serves_until_it_is_interrupted(start: Callable[..., subprocess.Popen[str]]) -> None:
-    view = start("-m", "bioscara", "view", "--port", "0")
+    view = start("-m", "bioscara", "view", "--port", "0", cold=True)
     assert view.stdout is not None
     found = re.match(r"the arm in 3D: (http://127\.0\.0\.1:\d+) .*\n$", view.stdout.readline())
     assert found
