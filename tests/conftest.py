@@ -80,7 +80,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say at the end what was repeated, and once what this computer lacks."""
+    """Print the repeated tests at the end, and once the programs that are missing."""
     tell_what_was_repeated(terminalreporter)
     reasons = [
         report.longrepr[2] for report in terminalreporter.getreports("skipped")

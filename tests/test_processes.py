@@ -76,7 +76,7 @@ sys.exit(3)
 
 
 def seen(folder: Path, words: tuple[str, ...], *, cold: bool) -> tuple[object, ...]:
-    """Return what a program sees and says, and its exit status."""
+    """Return the surroundings of a program, its output and its exit status."""
     given = {"GIVEN": "value", "PYTHONPATH": str(folder)}
     env = {**{name: each for name, each in os.environ.items() if name != "HOME"}, **given}
     with running(

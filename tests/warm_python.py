@@ -46,7 +46,7 @@ def can_fork(arguments: Sequence[str], options: Mapping[str, Any]) -> bool:
     """
 
     def fixed(environment: Mapping[str, str]) -> dict[str, str]:
-        """Return what a warm process has read from its environment."""
+        """Return the values that a warm process has read from its environment."""
         return {
             name: value
             for name, value in environment.items()
@@ -182,12 +182,12 @@ def _prepare() -> None:
     for module_of_tests in ("simulated", "served", "web.gateways"):
         importlib.import_module(module_of_tests)
     gc.collect()
-    # The pages of what is there stay shared.
+    # Present pages stay shared.
     gc.freeze()
 
 
 def _report(waiting: dict[int, int]) -> None:
-    """Tell the process of the tests which programs have ended."""
+    """Report to the process of the tests which programs have ended."""
     while waiting:
         pid, status = os.waitpid(-1, os.WNOHANG)
         if not pid:
