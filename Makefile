@@ -1,9 +1,10 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
 #   make demo            home the simulated arm and run a planned trajectory
-#   make test            the tests, then those in real time; not those on an emulated board, which
-#                        firmware-check runs, and of the launch files of ROS 2 one
-#   make test-all        these, then every launch file with its arguments
+#   make test            the tests in at most 5 minutes of two cores; of those with ROS 2 and of the page in
+#                        a browser a few, where these are installed
+#   make test-all        all tests: these, all with ROS 2, which it installs, all of the page in a browser,
+#                        and firmware-check
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
@@ -35,7 +36,7 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test test-all launch-tests check lint types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
+.PHONY: demo test test-all page-tests check lint types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -66,23 +67,29 @@ demo: $(VENV)/.demo
 # PyPI has ROS 2 for these alone; elsewhere its tests are skipped, and say so.
 WITH_ROS2 := $(shell $(PYTHON) -c 'import platform, sys; print(int(sys.platform == "linux" and platform.machine() == "x86_64" and (3, 11) <= sys.version_info[:2] < (3, 14)))' 2>/dev/null)
 
-# One more than the cores: some tests wait.
-WORKERS := $(shell $(PYTHON) -c 'import os; print(1 + (os.cpu_count() or 1))' 2>/dev/null)
+# The workers are as many as the cores: "auto" counts those without their threads only with psutil.
+PYTEST := $(BIN)/python -m pytest -n $(shell $(PYTHON) -c 'import os; print(os.cpu_count() or 1)' 2>/dev/null) \
+    --dist worksteal --ignore-glob='$(EMULATED)' $(if $(CI),--durations=25)
 
-test: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
+test: $(VENV)/.dev
 	@status=0; \
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
-	$(BIN)/python -m pytest -n 3 --dist worksteal -rs -m 'realtime and not launch' --ignore-glob='$(EMULATED)' tests || status=1; \
+	$(PYTEST) -m 'not realtime and (path or not (ros or browser))' || status=1; \
+	$(PYTEST) -m realtime tests || status=1; \
+	$(MAKE) --no-print-directory page-tests || status=1; \
 	exit $$status
 
-test-all:
+test-all: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
 	@status=0; \
 	$(MAKE) --no-print-directory test || status=1; \
-	$(MAKE) --no-print-directory launch-tests || status=1; \
+	$(PYTEST) -m '(ros or browser) and not path' tests || status=1; \
+	$(MAKE) --no-print-directory firmware-check || status=1; \
 	exit $$status
 
-launch-tests: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
-	@$(BIN)/python -m pytest -n 3 --dist worksteal -rs -m launch tests/ros
+# Of the functions of the page that compute and touch nothing else.
+page-tests:
+	@if command -v node >/dev/null; then node --test tests/page/*.test.mjs; \
+	elif [ -n "$$CI" ]; then echo "no node, which the tests of the page need" >&2; exit 1; \
+	else echo "not run, as this computer does not have it: the tests of the page's functions: apt install nodejs"; fi
 
 check: lint types layers fresh
 
@@ -110,6 +117,7 @@ fresh: $(VENV)/.dev tools/dashboard/node_modules/.installed
 	@$(BIN)/python -m tools.ros_packages --check
 	@$(BIN)/python -m tools.api_reference --check
 	@$(BIN)/python -m tools.message_types --check
+	@$(BIN)/python -m tools.step_kinds --check
 	@node tools/dashboard/bundle.mjs --check
 
 generate: $(VENV)/.dev
@@ -119,6 +127,7 @@ generate: $(VENV)/.dev
 	@$(BIN)/python -m tools.ros_packages
 	@$(BIN)/python -m tools.api_reference
 	@$(BIN)/python -m tools.message_types
+	@$(BIN)/python -m tools.step_kinds
 
 firmware:
 	@$(MAKE) --no-print-directory -C firmware/joint

@@ -57,7 +57,7 @@ class Site:
     @property
     def plant(self) -> SimulatedArm:
         """The simulated arm, which has the true positions of its joints."""
-        return self.served.robot.bus.arm  # type: ignore[attr-defined,no-any-return]
+        return self.served.robot.bus.arm  # type: ignore[attr-defined]
 
     @property
     def positions(self) -> tuple[float, ...]:

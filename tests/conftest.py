@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import atexit
 import gc
+import logging
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -21,8 +23,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from bioscara.robot.connection import exit_guard
 from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
-from late_machine import pytest_terminal_summary as pytest_terminal_summary
+from late_machine import tell_what_was_repeated
 from processes import running
+from ros_environment import ABSENT
 from simulated import standing_near_the_stops
 
 EXAMPLES = int(os.environ.get("BIOSCARA_EXAMPLES", "25"))
@@ -49,26 +52,21 @@ os.environ.pop("BIOSCARA_ARM", None)
 os.environ["XDG_STATE_HOME"] = f"{os.environ['BIOSCARA_RUNTIME']}/state"
 
 
-_OF_REALTIME = ("realtime", "realtime and not launch", "launch")
-"""Choices of marks that only tests in real time have."""
-
-
-def _names_realtime(module: Path) -> bool:
-    """Return whether a module or the conftest beside it has the mark of tests in real time."""
-    conftest = module.with_name("conftest.py")
-    texts = [path.read_text() for path in (module, conftest) if path.exists()]
-    return any("realtime" in text for text in texts)
+_OF_ROS_OR_BROWSER = re.compile(r"^pytestmark = pytest\.mark\.(ros|browser)$", re.MULTILINE)
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Skip modules that have no test of the chosen kind: importing all of them takes 10 s."""
+    """Skip modules that have no test of the marks that make chooses: importing all takes 10 s."""
     chosen = config.option.markexpr
     if collection_path.suffix != ".py":
         return None
-    if chosen in _OF_REALTIME and not _names_realtime(collection_path):
-        return True
-    if chosen == "not realtime":
-        return "\npytestmark = pytest.mark.realtime\n" in collection_path.read_text() or None
+    if chosen == "realtime":
+        return "mark.realtime" not in collection_path.read_text() or None
+    if chosen.startswith("(ros or browser)"):
+        return not re.search(r"mark\.(ros|browser)", collection_path.read_text()) or None
+    if chosen.startswith("not realtime and (path or"):
+        text = collection_path.read_text()
+        return ("mark.path" not in text and bool(_OF_ROS_OR_BROWSER.search(text))) or None
     return None
 
 
@@ -76,8 +74,27 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Require that no test in real time is left out by the hook above."""
     for item in items:
-        if item.get_closest_marker("realtime") and not _names_realtime(item.path):
-            raise pytest.UsageError(f"{item.nodeid}: its module does not name the mark realtime")
+        for mark in ("realtime", "ros", "browser", "path"):
+            if item.get_closest_marker(mark) and f"mark.{mark}" not in item.path.read_text():
+                raise pytest.UsageError(f"{item.nodeid}: its module does not name the mark {mark}")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print the repeated tests at the end, and once the programs that are missing."""
+    tell_what_was_repeated(terminalreporter)
+    reasons = [
+        report.longrepr[2] for report in terminalreporter.getreports("skipped")
+        if isinstance(report.longrepr, tuple)
+    ]  # fmt: skip
+    for reason in sorted({each for each in reasons if ABSENT in each}):
+        terminalreporter.write_line(reason.removeprefix("Skipped: "))
+
+
+def pytest_runtest_teardown() -> None:
+    """Forget where a command has written its log: its standard error ends with its test."""
+    root = logging.getLogger()
+    for handler in [each for each in root.handlers if type(each) is logging.StreamHandler]:
+        root.removeHandler(handler)
 
 
 def pytest_sessionfinish() -> None:

@@ -1,18 +1,22 @@
-"""Tests in real time: one that fails while the computer ran late says so and is repeated once.
+"""Tests in real time: one that fails while the computer ran late says so and is repeated.
 
-Several processes run such tests at a time. A repetition is the only one that runs.
+In real time are those that start programs, or serve an arm. Several processes run tests at a time.
+A repetition is the only one that runs;
+from the second on, it begins once the computer is in time.
 """
 
 from __future__ import annotations
 
 import fcntl
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from types import TracebackType
+from types import FunctionType, TracebackType
 from typing import Self
 
 import pytest
@@ -20,9 +24,15 @@ from _pytest.runner import runtestprotocol
 
 REPEATED = "repeated"
 """Section of a report that says why."""
+MARKS = ("realtime", "ros", "browser")
+HELPERS = {"processes", "served", "web.gateways"}
+"""Modules whose names a module of tests in real time has."""
 TICK = 0.005
 LATE = 0.01
 """Lateness of a thread [s] that means a late computer: a cycle of the control loop."""
+REPETITIONS = int(os.environ.get("BIOSCARA_REPETITIONS", "3"))
+PATIENCE, QUIET = 60.0, 0.5
+"""Time to wait for a computer that is in time, and time for which it has to be [s]."""
 
 
 class LatenessMonitor:
@@ -84,36 +94,82 @@ def running(*, alone: bool) -> Iterator[None]:
             os.close(lock)
 
 
+def in_real_time(item: pytest.Item) -> bool:
+    """Return whether a test depends on how fast the computer is at other things."""
+    if any(item.get_closest_marker(mark) for mark in MARKS):
+        return True
+    if not isinstance(item, pytest.Function):
+        return False
+    fixtures = item._fixtureinfo.name2fixturedefs.values()
+    functions = (item.function, *(known[-1].func for known in fixtures))
+    return "start" in item.fixturenames or any(
+        _names_helper(function.__module__)
+        for function in functions
+        if function.__module__ not in {"conftest", "tests.conftest"}
+    )
+
+
+@cache
+def _names_helper(module: str) -> bool:
+    """Return whether a module of tests or fixtures has a name of one of the helpers."""
+    names = vars(sys.modules[module]).values() if module in sys.modules else ()
+    return any(
+        isinstance(each, FunctionType | type) and each.__module__ in HELPERS for each in names
+    )
+
+
+def wait_while_late() -> None:
+    """Wait until the computer is in time for a while, or PATIENCE has passed."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        with LatenessMonitor() as machine:
+            time.sleep(QUIET)
+        if machine.worst <= LATE:
+            return
+
+
+def _why_again(item: pytest.Item, reports: list[pytest.TestReport], late: float) -> str:
+    """Return why a test is repeated; empty if it passed, or the computer was in time."""
+    failed = [report.longreprtext for report in reports if report.failed]
+    # How late a browser draws is not seen from here.
+    unseen = "tests/dashboard/" in item.nodeid or any("OVERRUN" in text for text in failed)
+    if not failed or (late <= LATE and not unseen):
+        return ""
+    errors = [line for line in failed[0].splitlines() if line.startswith("E ")]
+    why = f"{item.nodeid}: the computer was {1e3 * late:.0f} ms late; once more"
+    return "\n".join([why, *errors[:3]])
+
+
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Run a ``realtime`` test; if it fails on a late machine, repeat it once on fresh fixtures."""
-    if item.get_closest_marker("realtime") is None:
+    """Run a test in real time; if it fails on a late machine, repeat it on fresh fixtures."""
+    if not in_real_time(item):
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     with running(alone=False), LatenessMonitor() as machine:
         reports = runtestprotocol(item, log=False, nextitem=nextitem)
-    failed = [report.longreprtext for report in reports if report.failed]
-    # How late a browser draws is not seen from here.
-    unseen = "tests/dashboard/" in item.nodeid or any("OVERRUN" in text for text in failed)
-    if failed and (machine.worst > LATE or unseen):
-        errors = [line for line in failed[0].splitlines() if line.startswith("E ")]
-        late = f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more"
-        text = "\n".join([late, *errors[:3]])
+    told: list[str] = []
+    while len(told) < REPETITIONS and (text := _why_again(item, reports, machine.worst)):
+        told.append(text)
         # Fixtures of the module, such as a process with an arm, may have failed.
         with suppress(Exception):
             # Those that complain at their end have done so in the first run.
             item.session._setupstate.teardown_exact(None)
         item._initrequest()  # type: ignore[attr-defined]
         with running(alone=True):
-            reports = runtestprotocol(item, log=False, nextitem=nextitem)
+            if len(told) > 1:
+                wait_while_late()
+            with LatenessMonitor() as machine:
+                reports = runtestprotocol(item, log=False, nextitem=nextitem)
+    if told:
         for report in reports:
-            report.sections.append((REPEATED, text))
+            report.sections.append((REPEATED, "\n".join(told)))
     for report in reports:
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+def tell_what_was_repeated(terminalreporter: pytest.TerminalReporter) -> None:
     """Name the tests that passed when they were repeated."""
     for report in terminalreporter.getreports("passed"):
         for title, text in report.sections:

@@ -15,8 +15,10 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-LIMIT = 20.0
-"""Time after which a condition that is waited for counts as never met [s]."""
+from warm_python import Forked, can_fork
+
+LIMIT = 40.0
+"""Time after which what is waited for counts as never met [s]; programs sleep for longer."""
 _ROOT = Path(__file__).parents[1]
 _REAPER = """
 import os, signal, sys
@@ -48,9 +50,17 @@ def started(command: Sequence[str], **options: object) -> Iterator[subprocess.Po
         command: The program and its arguments.
         **options: Of :class:`subprocess.Popen`.
     """
+    with _ended_with_the_tests(
+        subprocess.Popen(command, text=True, start_new_session=True, **options)  # type: ignore[call-overload]
+    ) as process:
+        yield process
+
+
+@contextmanager
+def _ended_with_the_tests(program: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
     groups = _reaper().stdin
     assert groups
-    with subprocess.Popen(command, text=True, start_new_session=True, **options) as process:  # type: ignore[call-overload]
+    with program as process:
         groups.write(f"+{process.pid}\n")
         try:
             yield process
@@ -61,16 +71,23 @@ def started(command: Sequence[str], **options: object) -> Iterator[subprocess.Po
 
 
 @contextmanager
-def running(*arguments: str, **options: object) -> Iterator[subprocess.Popen[str]]:
-    """Run a Python program as :func:`started` does.
+def running(
+    *arguments: str, cold: bool = False, **options: object
+) -> Iterator[subprocess.Popen[str]]:
+    """Run a Python program as :func:`started` does, forked from a process that is warm.
 
     Args:
         *arguments: Of the interpreter: ``"-m", "bioscara", "demo"``.
+        cold: Whether the program needs an interpreter of its own, which starts with it.
         **options: Of :class:`subprocess.Popen`; by default standard output is a pipe.
     """
-    with started(
-        [sys.executable, "-u", *arguments], **{"stdout": subprocess.PIPE, **options}
-    ) as process:
+    options = {"stdout": subprocess.PIPE, **options}
+    if cold or not can_fork(arguments, options):
+        with started([sys.executable, "-u", *arguments], **options) as process:
+            yield process
+        return
+    forked = Forked(arguments, text=True, start_new_session=True, **options)  # type: ignore[call-overload]
+    with _ended_with_the_tests(forked) as process:
         yield process
 
 

@@ -16,6 +16,7 @@ from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.robot.tasks import Unfold
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.grids import Grid
 from bioscara.robot.workspace.load import Load
@@ -89,6 +90,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         ),
         "Robot.move_named": (robot.move_named, {"name": "center", **MOVED}),
         "Robot.unfold": (robot.unfold, MOVED),
+        "Robot.do": (robot.do, {"task": Unfold(), **WATCHED}),
         "Robot.move_sequence": (robot.move_sequence, {"waypoints": [waypoint], **MOVED}),
         "Robot.jog": (robot.jog, {"velocities": lambda: None, **WATCHED}),
         "jog(JointVelocity)": (jogging(robot), {"velocity": JointVelocity(0.01)}),
@@ -173,6 +175,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             plan.move_circular,
             {"via": via, "pose": there, "frame": None, **SCALED},
         ),
+        "Planner.arc_of": (plan.arc_of, {"via": via, "pose": there, "frame": None}),
         "Planner.pose_of": (plan.pose_of, {"target": there, "frame": None, "via": False}),
         "Planner.move_sequence": (plan.move_sequence, {"waypoints": [waypoint], **SCALED}),
         "waypoint": (lambda waypoint: plan.move_sequence([waypoint]), {"waypoint": waypoint}),

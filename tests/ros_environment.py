@@ -44,7 +44,7 @@ def ros_python() -> Path:
     installed = shutil.which("python3") if _SOURCED else None
     python = Path(named or installed or VENV / "bin" / "python")
     if not python.exists():
-        absent("no environment with ROS 2 from PyPI: `make ros2` makes it, on x86-64")
+        absent("the tests with ROS 2: `make ros2` makes their environment, on x86-64")
     return python
 
 
@@ -60,16 +60,24 @@ def ros_launch(prefix: Path) -> dict[str, str]:
         own = str(VENV)
     else:
         absent(
-            "skipped what starts launch files: source the setup.bash of an installed ROS 2 before "
-            "make test, or give make ROS2_WHEELS=FOLDER with wheels of launch, launch_ros, ros2cli "
-            "and controller_manager"
+            "what starts launch files: source the setup.bash of an installed ROS 2, or give "
+            "make ROS2_WHEELS=FOLDER with wheels of launch, launch_ros, ros2cli and "
+            "controller_manager"
         )
     path = f"{VENV / 'bin'}{os.pathsep}{os.environ['PATH']}"
     return {"PATH": path, "AMENT_PREFIX_PATH": f"{prefix}:{own}"}
 
 
+ABSENT = "not run, as this computer does not have it: "
+"""Beginning of the reason for which such a test is skipped."""
+
+
 def absent(what: str) -> NoReturn:
-    """Skip a test for a missing part of this computer; fail where it must have that, as in CI."""
+    """Skip a test for a missing part of this computer; fail where it must have that, as in CI.
+
+    Args:
+        what: What is not tested, and how to have it; the run ends with each of these sentences.
+    """
     if os.environ.get("CI") and platform.machine() == "x86_64":
         pytest.fail(f"not to be skipped in CI: {what}")
-    pytest.skip(what)
+    pytest.skip(f"{ABSENT}{what}")

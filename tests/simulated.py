@@ -233,7 +233,7 @@ class World:
     def __init__(
         self,
         *,
-        v1: bool = False,
+        v1: bool | Collection[str] = False,
         v1_frames: bool = False,
         controllers_fed: bool = False,
         frequency: float | None = 400e3,
@@ -253,7 +253,7 @@ class World:
         self.bus = FaultyBus(self.tap, seed=1, clock=self.arm.clock)
         self.joints = [self.joint(parameters) for parameters in ARM.joints]
 
-    def joint(self, parameters: JointParameters, **changes: object) -> Joint:
+    def joint(self, parameters: JointParameters, **changes: Any) -> Joint:
         """Return a separate driver, as another host would have."""
         return Joint(self.bus, self.arm.clock, replace(parameters, **changes))
 

@@ -31,7 +31,7 @@ from bioscara.remote.link import OwnerLink
 HOURS = float(os.environ.get("BIOSCARA_SOAK_HOURS", "24"))
 SEED = int(os.environ.get("BIOSCARA_SOAK_SEED", str(random.randrange(2**32))))
 NAME = "soak"
-SERVE = ("serve", "--name", NAME, "--speed", "1000", "--rate", "50")
+SERVE = ("serve", "--name", NAME, "--real-time-factor", "1000", "--rate", "50")
 """How the arm is served: the cycles of a day take half as long as at 100 Hz."""
 GROWTH = 8 << 20
 """Memory that the owner may have gained since the first quarter [byte]: its rings fill up."""

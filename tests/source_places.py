@@ -128,6 +128,7 @@ def _python(file: Path) -> Iterator[Region]:
             elif isinstance(child, ast.Assign | ast.AnnAssign) and not prefix:
                 target = child.targets[0] if isinstance(child, ast.Assign) else child.target
                 if isinstance(target, ast.Name):
+                    assert child.end_lineno is not None
                     start, end = (lines[line] for line in (child.lineno - 1, child.end_lineno))
                     yield Region(target.id, file, start, end)
             else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 from bioscara import errors
 
@@ -27,7 +28,9 @@ def public(kind: type) -> bool:
     return issubclass(kind, errors.BioscaraError) and not kind.__name__.startswith("_")
 
 
-OURS = [each for each in vars(errors).values() if isinstance(each, type) and public(each)]
+OURS: list[Any] = [
+    each for each in vars(errors).values() if isinstance(each, type) and public(each)
+]
 ORIGINAL = {0, -1, -2, -3, -4, -5, -6, -101, -102, -109}
 """Numbers that the original driver returned."""
 

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from bioscara import bus, drivers, hardware, protocol
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 from bioscara.drivers import Gripper, Pwm
 from bioscara.model import load_parameters, tags
 from bioscara.model.urdf import URDF

@@ -33,11 +33,14 @@ def identifiers(test: str) -> list[str]:
 
 
 def defined_tests() -> dict[str, set[str]]:
-    """Return the names of the tests in each test module."""
+    """Return the names of the tests in each test module, and in those of the page's functions."""
     tests: dict[str, set[str]] = {}
     for file in TESTS.rglob("test_*.py"):
         names = re.findall(r"^def (test_\w+)", file.read_text(), re.MULTILINE)
         tests.setdefault(file.stem, set()).update(names)
+    for file in (TESTS / "page").glob("*.test.mjs"):
+        named = re.findall(r"^ *test\([\"`](\w+): ", file.read_text(), re.MULTILINE)
+        tests[f"page:{file.name.partition('.')[0]}"] = {f"test_{name}_" for name in named}
     return tests
 
 

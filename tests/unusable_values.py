@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, MotionTimeoutError
 from bioscara.model import ArmParameters
 
 SHARE = int(os.environ.get("BIOSCARA_VALUES_SHARE", "3"))
@@ -29,8 +29,8 @@ class Hostile:
     def _raise(self, *_: object) -> NoReturn:
         raise RuntimeError("hostile")
 
-    __float__ = __int__ = __index__ = __len__ = __iter__ = __eq__ = __hash__ = _raise  # type: ignore[assignment]
-    __lt__ = __gt__ = __le__ = __ge__ = __repr__ = __bool__ = __array__ = _raise  # type: ignore[assignment]
+    __float__ = __int__ = __index__ = __len__ = __iter__ = __eq__ = __hash__ = _raise
+    __lt__ = __gt__ = __le__ = __ge__ = __repr__ = __bool__ = __array__ = _raise
 
 
 class Colour(Enum):
@@ -128,7 +128,8 @@ def judge(
                 made = value() if isinstance(value, Replaced) else value
                 call(**{**base, parameter: made})
             except BioscaraError as error:
-                refused = True
+                # A motion that takes longer than it may has begun.
+                refused = not isinstance(error, MotionTimeoutError)
                 last = f"{type(error).__name__}: {error}"
                 text = str(error)
                 if len(text) > 2000 or not text.isprintable():

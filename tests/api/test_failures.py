@@ -7,6 +7,7 @@ import inspect
 import math
 from typing import Any
 
+import msgspec
 import pytest
 
 from bioscara import errors
@@ -58,7 +59,7 @@ def sent(error: BaseException) -> Exception:
     refused = m.RequestFailed(1, failure_of(error))
     packed = framing.from_owner.decode(framing.encode_packed(refused))
     assert isinstance(packed, m.RequestFailed)
-    as_json = framing.msgspec.json.decode(framing.encode_json(refused), type=m.RequestFailed)
+    as_json = msgspec.json.decode(framing.encode_json(refused), type=m.RequestFailed)
     assert as_json == packed or "nan" in repr(packed)
     return error_of(packed.failure)
 

@@ -160,7 +160,7 @@ CLASSES = sorted({*leaves(m.ApiMessage), *leaves(Task)}, key=lambda kind: kind._
 @settings(max_examples=10, phases=[Phases.generate])
 @given(data=st.data())
 def test_a_message_comes_back_as_it_was_sent(kind: type[Any], data: st.DataObject) -> None:
-    message = data.draw(strategy(kind))
+    message = data.draw(strategy(kind))  # type: ignore[arg-type]
     for encode, decoder in (
         (framing.encode_packed, msgspec.msgpack.Decoder),
         (framing.encode_json, msgspec.json.Decoder),
@@ -222,10 +222,10 @@ def test_an_unknown_number_is_nan_and_null() -> None:
     assert b'"progress":null' in framing.encode_json(goal)
 
 
-NAMED = st.builds(m.GetGoal, st.integers(0, 1 << 40)) | st.builds(m.GetFlightRecord, NAME)
+NUMBERED = st.builds(m.GetGoal, st.integers(0, 1 << 40)) | st.builds(m.GetFlightRecord, NAME)
 
 
-@given(commands=st.lists(NAMED, max_size=6), data=st.data())
+@given(commands=st.lists(NUMBERED, max_size=6), data=st.data())
 def test_messages_in_pieces_of_any_size_come_whole(
     commands: list[m.AnyCommand], data: st.DataObject
 ) -> None:

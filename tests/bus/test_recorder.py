@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import logging
 import resource
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -55,7 +56,7 @@ transfers = st.lists(
 )
 
 
-def plain(results: list[object]) -> list[object]:
+def plain(results: Sequence[Any]) -> list[object]:
     return [
         result if isinstance(result, bytes) else (type(result), str(result), result.address)
         for result in results

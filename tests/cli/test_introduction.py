@@ -7,7 +7,7 @@ import re
 import pytest
 
 from bioscara.cli.opened_arm import introduce
-from bioscara.cli.options import Options
+from bioscara.cli.parser import Options
 from simulated import simulated_robot
 
 

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from tests.system.observed_arm import at_rest, truth
 
 import bioscara.sim
 from bioscara import Robot
@@ -22,6 +21,7 @@ from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from flight_records import read_record
 from processes import environment, wait_for_line, wait_until
+from system.observed_arm import at_rest, truth
 
 NAMES = tuple(joint.name for joint in load_parameters().joints)
 
@@ -127,7 +127,6 @@ def test_half_speed_is_reported_with_its_reason(
         assert "LATE" in (tmp_path / "run" / "report.txt").read_text()
 
 
-@pytest.mark.realtime
 def test_host3_a_run_after_a_killed_one_reports_the_fault_and_moves_nothing(
     start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:

@@ -35,7 +35,7 @@ COMMANDS = (
     *("poses save NAME --joints 0 0 0 0 --calibration NAME", "poses save NAME --bus NAME"),
     *("tools add NAME --offset 0 0 0 0 --mass 0", "tools add a --offset 0 0 0 0 --mass NAME"),
     *("serve --name NAME", "serve --bus NAME", "serve --with NAME", "serve --group NAME"),
-    *("serve --speed NAME", "serve --table NAME", "serve --seed NAME", "serve NAME"),
+    *("serve --real-time-factor NAME", "serve --table NAME", "serve --seed NAME", "serve NAME"),
     *("record NAME", "record --arm NAME", "record --max-size NAME", "record info NAME"),
     *("record recover NAME", "record export NAME --csv .", "record replay NAME"),
     *("record replay a.mcap --name NAME", "web --arm NAME", "web --host NAME", "web --show NAME"),

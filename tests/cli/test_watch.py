@@ -18,8 +18,7 @@ from bioscara import Joints, Robot
 from bioscara.api import messages as m
 from bioscara.api.gateway_pages import page_of
 from bioscara.api.runtime import find, folder, owners
-from bioscara.cli import main, watch
-from bioscara.cli.commands.motion import run
+from bioscara.cli import job, main, watch
 from bioscara.cli.output.console import ExitStatus
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
@@ -27,8 +26,6 @@ from bioscara.remote import RemoteRobot
 from bioscara.robot.workspace.poses import NamedPose
 from processes import environment, wait_for_line, wait_until
 from served import RawClient, runtime_folder
-
-pytestmark = pytest.mark.realtime
 
 
 def test_it_moves_the_served_arm_and_opens_its_page_without_a_token_in_arguments(
@@ -74,7 +71,7 @@ def test_afterwards_it_serves_until_ctrl_c(
     Path("mine.yaml").write_text("geometry: {tool_x: 0.13}\n")
     seen: list[object] = []
 
-    def demonstrated(_: object, __: object, options: object) -> ExitStatus:
+    def demonstrated(_: object, __: object, options: object, ___: object) -> ExitStatus:
         seen.append(options.arm)  # type: ignore[attr-defined]
         with Robot.connect("arm:demo") as robot:
             assert isinstance(robot, RemoteRobot)
@@ -84,7 +81,7 @@ def test_afterwards_it_serves_until_ctrl_c(
         threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
         return ExitStatus.OK
 
-    monkeypatch.setattr(run, "run_job", demonstrated)
+    monkeypatch.setattr(job, "run_job", demonstrated)
     with runtime_folder():
         assert main(["demo", "--watch", "--parameters", "mine.yaml"]) == ExitStatus.OK
         assert not (folder() / "demo.open.html").exists()

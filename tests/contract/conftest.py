@@ -19,7 +19,7 @@ BUSES = (
     "firmware",
     "recording",
     "faulty",
-    pytest.param("socket", marks=pytest.mark.realtime),
+    "socket",
     "linux",
     "linux-pi4",
     "linux-pi5",

@@ -25,7 +25,7 @@ from served import HALF, NAME, runtime_folder
 _INSTALLED = shutil.which("chromium") or shutil.which("chromium-browser")
 CHROMIUM = str(Path(__file__).with_name("chromium.sh"))
 """Program of the browser."""
-NO_BROWSER = "needs Debian's chromium, to open the page in a real browser"
+NO_BROWSER = "the tests of the page in a browser: `apt install chromium`"
 # Of several lists of features the last one counts, so it repeats what playwright has of use here.
 # The popups of the address bar are pages of their own for each profile: 0.6 s of computing time.
 _WITHOUT = (

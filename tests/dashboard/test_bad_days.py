@@ -38,7 +38,7 @@ from processes import environment, running, wait_for_line, wait_until
 from served import HALF, NAME
 from web.gateways import WebClientOfTest
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 RESTING = 1.2
 """Time in which the arm rests after the last beat of a jog [s]: its expiry, and the ramp."""

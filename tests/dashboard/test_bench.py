@@ -11,7 +11,7 @@ from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, command, open_page
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 REAL = """() => {
     bioscara.arm.description.simulated = false;

@@ -9,9 +9,10 @@ from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, open_page, wait_for_state
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 
+@pytest.mark.path
 def test_the_page_shows_the_arm_and_removes_the_token_from_its_address(page: Page) -> None:
     assert "token" not in page.url
     assert page.title() == "left \u2013 SIMULATED \u2013 Bioscara"

@@ -11,7 +11,7 @@ from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, command, open_page
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 RECORDING = "left-20260101T000000Z.mcap"
 FILES = "input[type=file][accept='.yaml,.yml,.csv']"
@@ -46,7 +46,7 @@ def teach(page: Page, _: Site) -> None:
     head, end = b"schema: 1\ntool: fingers\nsteps: ", b"\n...\n"
     for content in (b"\xff\xfe", head + b"3" + end, head + b"[{kind: wait, seconds: -1}]" + end):
         upload(page, places, "wrong.yaml", content)
-    expect(page.locator("#messages")).to_contain_text("-1 is outside")
+    expect(page.locator("#messages")).to_contain_text("-1 s is outside")
     page.get_by_role("button", name="Add", exact=True).click()
     field = page.locator(".step-fields input").first
     field.fill("9000")

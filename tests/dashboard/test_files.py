@@ -13,7 +13,7 @@ from processes import wait_until
 from recording.served_arm import recording
 from served import HALF
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 GOAL = 0.35
 """Position of j1 at the end of the trajectories [rad]."""

@@ -18,7 +18,7 @@ from processes import wait_until
 from served import NAME, arm_served
 from web.gateways import running_gateway
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 STEP = "#faults button.step"
 MARKUP = "<img src=x onerror=\"document.title='hurt'\">"

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
-import random
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
@@ -18,7 +15,7 @@ from dashboard.rig import LIVE, Site, at_rest, command, open_page, positions, st
 from processes import wait_until
 from served import HALF
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 RESTING = 0.8
 """Time in which the arm rests after the end of a press, and the owner has ended the jog [s]."""
@@ -208,6 +205,7 @@ def test_jog_r3_jog_r4_each_ending_of_a_press_brings_the_arm_to_rest(
     stays(left.robot)
 
 
+@pytest.mark.path
 def test_jog_r4_the_left_button_that_is_released_before_the_right_one_ends_it(
     page: Page, left: Site
 ) -> None:
@@ -322,62 +320,6 @@ def test_jog_r2_jog_r6_a_jog_that_has_expired_is_dead_and_late_beats_are_refused
     stays(left.robot)
 
 
-HOLD = """async (steps) => {
-    const { Hold } = await import("/js/control/hold.js");
-    const log = [];
-    let time = 0, doubt = "", backlog = "", refusal = "";
-    const velocity = () => ({ joints: [1, 0, 0, 0] });
-    const over = {};
-    const hold = new Hold({
-        now: () => time, refusal: () => refusal, doubt: () => doubt, backlog: () => backlog,
-        start: async () => { log.push("start"); return log.length; },
-        beat: async () => { log.push("beat"); },
-        end: (goal) => { log.push("end"); over[goal]?.(); },
-        over: (goal) => new Promise((resolve) => { over[goal] = resolve; }),
-        changed: () => {},
-    });
-    for (const step of steps) {
-        if (typeof step === "number") time += step;
-        else if (step.startsWith("+")) hold.press(step.slice(1), velocity);
-        else if (step.startsWith("-")) hold.release(step.slice(1));
-        else if (step === "tick") hold.tick();
-        else if (step === "old") doubt = "the values are old";
-        else if (step === "backlog") backlog = "the network is too slow";
-        else if (step === "busy") refusal = "busy";
-        else hold.end(step);
-        await new Promise((resolve) => setTimeout(resolve, 0));
-        await new Promise((resolve) => setTimeout(resolve, 0));
-    }
-    return [log, hold.state, hold.why];
-}"""
-
-
-@pytest.mark.parametrize(
-    ("steps", "log", "state"),
-    [
-        (["+a", 50, "tick", 50, "tick", "-a"], ["start", "beat", "beat", "end"], "idle"),
-        # R7: an old sample, or a network that takes nothing.
-        (["+a", 50, "tick", "old", 50, "tick", 50, "tick"], ["start", "beat", "end"], "idle"),
-        (["+a", 50, "tick", "backlog", 50, "tick"], ["start", "beat"], "running"),
-        (["+a", 50, "tick", "backlog", 250, "tick"], ["start", "beat", "end"], "idle"),
-        (["old", "+a", 50, "tick"], [], "idle"),
-        (["busy", "+a", 50, "tick"], [], "idle"),
-        # A late tick sends nothing more.
-        (["+a", 50, "tick", 300, "tick", 50, "tick"], ["start", "beat", "end"], "idle"),
-        # Two presses are none, until both are released.
-        (["+a", 50, "tick", "+b", 50, "tick", "-a", 50, "tick"], ["start", "beat", "end"], "idle"),
-        (["+a", "+a", 50, "tick"], ["start", "beat"], "running"),
-        (["+a", "blur", 50, "tick", "+a", 50, "tick"], ["start", "end"], "idle"),
-    ],
-)  # fmt: skip
-def test_jog_r7_a_hold_beats_only_while_it_may(
-    shared: Page, steps: list[str | int], log: list[str], state: str
-) -> None:
-    found, at, _ = shared.evaluate(HOLD, steps)
-    assert found == log
-    assert at == state
-
-
 FASTEST = """async (j1) => {
     const poses = [];
     bioscara.connection.on("state", ({ time, pose }) => poses.push([time, ...pose]));
@@ -456,31 +398,6 @@ def test_a_hold_that_is_slowed_or_moves_nothing_says_why_also_at_its_end(
         wait_until(lambda: at_rest(left.robot), "the arm rests")
         page.locator("[data-value=joints]").click()
         brought_to(left, HALF)
-
-
-VELOCITY = """async ([mode, share]) => {
-    const { velocityOf } = await import("/js/control/jog_motion.js");
-    const { joints, tool } = velocityOf(mode, share, 0.1, bioscara.arm, 0.3);
-    return joints ?? tool;
-}"""
-
-
-def test_jog_r8_axes_that_a_gamepad_moves_together_keep_to_the_chosen_speed(
-    shared: Page, left: Site
-) -> None:
-    choice, kinematics = random.Random(8), left.robot.kinematics
-    fastest = {"tool": 0.0, "joints": 0.0}
-    for _ in range(50):
-        share = [choice.choice((-1.0, 0.0, 1.0, choice.uniform(-1.0, 1.0))) for _ in range(4)]
-        tool = shared.evaluate(VELOCITY, ["tool", share])
-        fastest["tool"] = max(fastest["tool"], math.hypot(*tool[:3]))
-        joints = shared.evaluate(VELOCITY, ["joints", share])
-        for _ in range(50):
-            positions = [choice.uniform(-3.0, 3.0) for _ in range(4)]
-            speed = math.hypot(*np.array(kinematics.jacobian(positions))[:3] @ joints)
-            fastest["joints"] = max(fastest["joints"], speed)
-    assert 0.099 < fastest["tool"] < 0.1 + 1e-9
-    assert 0.08 < fastest["joints"] < 0.1 + 1e-9
 
 
 def test_jog_r9_after_a_reload_or_a_navigation_nothing_moves_and_control_is_taken_again(

@@ -9,13 +9,14 @@ from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 
 def strip(page: Page) -> str:
     return page.locator("#lease").inner_text()
 
 
+@pytest.mark.path
 def test_control_is_taken_and_given_back_by_a_button(page: Page) -> None:
     assert "Nobody commands the arm" in strip(page)
     page.locator("#lease-take").focus()

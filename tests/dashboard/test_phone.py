@@ -23,7 +23,7 @@ from dashboard.test_accessibility import OPTIONS, SMALL, STOP_SEEN, WIDE
 from dashboard.test_jog import ends, pressed, touch
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 SIZES = {"390": (390, 844), "320": (320, 640)}
 AXES = {"joints": ["J1", "J2", "J3", "J4"], "tool": ["X", "Y", "Z", "Yaw"]}

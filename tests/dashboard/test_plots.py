@@ -14,7 +14,7 @@ from dashboard.rig import Site, open_page, site
 from processes import wait_until
 from served import HALF
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 JOINTS = ("j1", "j2", "j3", "j4")
 
@@ -25,18 +25,6 @@ COUNT_LINES = """() => {
         if (this.canvas.closest(".plot")) window.lines += 1;
         return stroke.apply(this, words);
     };
-}"""
-RING = """async () => {
-    const { Ring } = await import("/js/plots/ring.js");
-    const ring = new Ring(4, 1);
-    const { buffer } = ring.columns[0];
-    for (const time of [1, 2, 2, 3, 1, 4, 5, 6]) {
-        ring.push(time, () => (time === 5 ? null : 10 * time));
-    }
-    const kept = ring.copy();
-    ring.push(7, () => 70);
-    return [kept, ring.rows()].map(({ times, columns }) => [[...times], [...columns[0]]])
-        .concat([[ring.columns[0].buffer === buffer]]);
 }"""
 
 
@@ -154,13 +142,3 @@ def test_plots_that_are_not_seen_are_not_drawn(page: Page) -> None:
     assert page.evaluate("window.lines") == 0
     page.get_by_role("tab", name="Plots").click()
     wait_until(lambda: page.evaluate("window.lines") > 20, "the plots are drawn")
-
-
-def test_the_rows_are_kept_in_arrays_that_do_not_grow(page: Page) -> None:
-    held, now, same = page.evaluate(RING)
-    assert held[0] == [3, 4, 5, 6]
-    assert held[1][:2] == [30, 40]
-    assert math.isnan(held[1][2])
-    assert now[0] == [4, 5, 6, 7]
-    assert now[1][-1] == 70
-    assert same == [True]

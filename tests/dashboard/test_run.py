@@ -18,7 +18,7 @@ from dashboard.rig import Site, at_rest, command, moves, open_page, positions, w
 from processes import wait_until
 from served import HALF, RawClient
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +96,7 @@ def test_the_fields_of_a_pose_are_filled_in_once_by_values_that_are_not_old(page
     )
 
 
+@pytest.mark.path
 def test_a_named_pose_is_reached_and_cancelled(page: Page, left: Site) -> None:
     named = part(page, "Named poses")
     moves(left.robot, lambda: named.get_by_role("button", name="Go", exact=True).click())

@@ -14,7 +14,7 @@ from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, open_page, swing, wait_for_state
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 TABS = ("Run", "Teach", "Files", "Plots", "Health", "Settings", "Simulation")
 CONTROLS = {

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, command, open_page
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 REDUCTION = "joints.j1.reduction"
 

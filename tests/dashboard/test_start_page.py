@@ -14,7 +14,7 @@ from dashboard.rig import Site, at_rest, command, wait_for_state
 from processes import wait_until
 from web.gateways import arm
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 
 def test_a_page_of_another_version_gives_control_back_and_can_be_loaded_again(
@@ -119,6 +119,7 @@ def test_all_arms_are_listed_and_stopped_by_one_button_or_escape(
     expect(arms.get_by_role("heading", level=2)).to_have_text(["left"])
 
 
+@pytest.mark.path
 def test_each_arm_links_to_its_page_and_the_page_back(arms: Page, left: Site) -> None:
     arms.get_by_role("link", name="Open left").click()
     wait_for_state(arms, "no-lease", "lease-elsewhere")

@@ -15,7 +15,7 @@ from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 SIZES = [(1440, 900), (1024, 768), (390, 844)]
 DIALOG = """async () => {
@@ -215,6 +215,7 @@ def test_stop_s3_it_is_black_or_white_and_the_largest_control_and_says_what_it_i
     assert areas[0][0] == "stop-button"
 
 
+@pytest.mark.path
 def test_stop_s4_it_shows_that_it_was_sent_received_and_that_the_arm_rests(
     page: Page, left: Site
 ) -> None:

@@ -19,7 +19,7 @@ from processes import wait_until
 from robot.sequences.samples import EACH_KIND
 from served import HALF
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 NEAR = Joints(0.4, 0.2, 0.8, -0.5)
 """A tenth of a radian from where the arm stands."""
@@ -28,10 +28,10 @@ schema: 1
 title: to and fro <b>
 tool: fingers
 steps:
-- {kind: move_named, name: near, speed: 0.9}
+- {kind: move_named, name: near, velocity_scaling: 0.9}
 - {kind: wait, seconds: 0.2}
 - kind: move_joints
-  joints: {j1: 0.3, j2: 0.2, j3: 0.8, j4: -0.5}
+  positions: {j1: 0.3, j2: 0.2, j3: 0.8, j4: -0.5}
 ...
 """
 
@@ -159,6 +159,7 @@ def test_frames_are_saved_at_the_tool_and_deleted_with_undo(panel: Page, left: S
     wait_until(lambda: left.robot.frames == (), "it is deleted")
 
 
+@pytest.mark.path
 def test_a_sequence_is_loaded_planned_carried_out_and_saved(
     panel: Page, left: Site, tmp_path: Path
 ) -> None:
@@ -181,7 +182,7 @@ def test_a_sequence_is_loaded_planned_carried_out_and_saved(
         panel.get_by_role("button", name="Save as YAML").click()
     path = tmp_path / "saved.yaml"
     download.value.save_as(path)
-    assert [step.KIND for step in read_sequence(path).steps] == [
+    assert [step.kind for step in read_sequence(path).steps] == [
         "move_named",
         "wait",
         "move_joints",
@@ -213,7 +214,7 @@ def test_steps_are_copied_as_the_program_that_does_the_same(panel: Page) -> None
 
 def test_a_refused_step_is_named_and_nothing_moves(panel: Page, left: Site) -> None:
     load(panel, FILE.replace("j1: 0.3", "j1: 9"))
-    panel.locator("#messages").get_by_text("steps[2].joints.j1: 9 is outside").wait_for()
+    panel.locator("#messages").get_by_text("steps[2].positions.j1: 9 rad is outside").wait_for()
     load(panel, FILE.replace("name: near", "name: nowhere"))
     panel.get_by_role("button", name="Run all").click()
     panel.locator(".run-state", has_text="there is no pose 'nowhere'").wait_for()

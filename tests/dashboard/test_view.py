@@ -13,7 +13,7 @@ from bioscara import Box, Scene, Trajectory
 from dashboard.rig import Site, command, open_page
 from processes import wait_until
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 DRAWN = "() => Boolean(window.bioscara?.view?.scheduler.frames > 1)"
 NO_WEBGL = """() => {

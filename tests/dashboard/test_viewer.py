@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from bioscara.cli.arguments import parse
-from bioscara.cli.options import START
+from bioscara.cli.parser import parse
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.view_source import onlooker_of, viewed_from
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, write_csv

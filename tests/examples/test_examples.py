@@ -128,12 +128,11 @@ def test_one_joint_turns_in_positive_direction_first_and_returns(watch: Watch) -
     assert elbow[0] - elbow[-1] == pytest.approx(0.05, abs=2e-3)
 
 
-@pytest.mark.realtime
 def test_one_joint_turns_a_joint_of_a_served_arm(
     start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
     bus = f"sim:{tmp_path / 'arm.sock'}"
-    server = start("-m", "bioscara", "simulate", "--socket", bus[4:])
+    server = start("-m", "bioscara", "simulate", "--socket", bus[4:], cold=True)
     assert server.stdout
     assert server.stdout.readline().endswith(f"--bus {bus}\n")
     example = start(str(FOLDER / "one_joint.py"), "j4", bus)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from bioscara.bus import Direction, When
@@ -19,7 +21,7 @@ def test_a_stuck_bus_is_one_fault_where_one_joint_is_driven_by_velocity(
     v1: bool, recognised: bool
 ) -> None:
     world = World(v1=v1, at=NEAR)
-    forward = world.load("driven", FORWARD, joints=("j1",), interface_name="velocity")
+    forward: Any = world.load("driven", FORWARD, joints=("j1",), interface_name="velocity")
     world.switch("driven")
     forward.command((0.3,))
     world.run(0.5)

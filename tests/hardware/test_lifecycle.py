@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import pytest
 
@@ -354,7 +355,7 @@ def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(
     world.run(0.5)
     assert where() == pytest.approx(found, abs=4e-3)
     others = [world.axis(name).position.value for name in NAMES[1:]]
-    go = world.load(
+    go: Any = world.load(
         "go",
         "forward_command_controller/ForwardCommandController",
         joints=NAMES,

@@ -17,6 +17,8 @@ INTERFACES = Path(__file__).parents[2] / "interfaces"
 @pytest.fixture
 def generate() -> ModuleType:
     spec = importlib.util.spec_from_file_location("generate", INTERFACES / "generate.py")
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

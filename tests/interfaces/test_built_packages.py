@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+from typing import Any
 
 import pytest
 
@@ -113,11 +114,11 @@ def client() -> object:
     return run
 
 
-def test_the_types_that_are_advertised_have_the_hashes_of_their_definitions(client) -> None:
+def test_the_types_that_are_advertised_have_the_hashes_of_their_definitions(client: Any) -> None:
     expected = {name: f"RIHS01_{type_hash(name)}" for name in MESSAGES}
     assert client(HASHES, json.dumps(MESSAGES)) == expected
 
 
 @pytest.mark.timeout(400)
-def test_services_and_actions_are_served_and_called(client) -> None:
+def test_services_and_actions_are_served_and_called(client: Any) -> None:
     assert client(CALLS) == [True, "a, b", True, 0, "tray", "j1", 1.0]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -214,7 +215,7 @@ def test_an_excess_of_both_solutions_is_reported_once() -> None:
 
 
 @pytest.mark.parametrize("value", [(0.5, 0.0, 0.2), (0.5, 0.0, 0.2, 0.0), [0.5, 0.0, 0.2, 0.0]])
-def test_a_value_that_is_no_pose_is_refused(value: Sequence[float]) -> None:
+def test_a_value_that_is_no_pose_is_refused(value: Any) -> None:
     with pytest.raises(InvalidArgumentError, match=r"give Pose\(x, y, z, yaw\)"):
         ARM.solve(value, (0.0, 0.1, 0.5, 0.0))
 

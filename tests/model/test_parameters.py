@@ -16,6 +16,7 @@ from ruamel.yaml import YAML
 
 from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters, loading
+from entries import entry
 from unusable_values import SHARE
 
 TEXT = Path(loading.__file__).with_name("parameters.yaml").read_text()
@@ -67,19 +68,15 @@ def leaves(node: Any, path: tuple[str, ...], above: int) -> Iterator[Leaf]:
 
 EVERY = list(leaves(YAML(typ="rt").load(TEXT), (), 1))
 LEAVES = [leaf for leaf in EVERY if leaf.path[0] == "controllers"]
-each_leaf = pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.name)
 
 
-def each_with(leaves: list[Leaf], values: list[str]) -> pytest.MarkDecorator:
-    """Parametrize a test by each leaf with some of the values, another for each; laws try all."""
-    pairs = [
+def each_with(leaves: list[Leaf], values: list[str]) -> list[tuple[Leaf, str]]:
+    """Return each leaf with some of the values, another for each; laws try all."""
+    return [
         (leaf, value)
         for (row, leaf), (column, value) in product(enumerate(leaves), enumerate(values))
         if (row + column) % min(SHARE, len(values)) == 0
     ]
-    return pytest.mark.parametrize(
-        ("leaf", "value"), pairs, ids=[f"{leaf.name}-{value}" for leaf, value in pairs]
-    )
 
 
 def load(tmp_path: Path, text: str) -> ArmParameters:
@@ -259,51 +256,56 @@ def test_existing_controllers() -> None:
     assert all(leaf.read(load_parameters()) == leaf.value for leaf in LEAVES)
 
 
-@each_with([leaf for leaf in EVERY if not isinstance(leaf.value, list)], [".nan", "{}", "null"])
-def test_no_value_is_infinite_or_of_another_kind(tmp_path: Path, leaf: Leaf, value: str) -> None:
-    with pytest.raises(ConfigurationError, match=rf"arm\.yaml, line {leaf.line}: {leaf.name}: "):
-        load(tmp_path, leaf.written(f"{leaf.path[-1]}: {value}"))
+def test_no_value_is_infinite_or_of_another_kind(tmp_path: Path) -> None:
+    single = [leaf for leaf in EVERY if not isinstance(leaf.value, list)]
+    for leaf, value in each_with(single, [".nan", "{}", "null"]):
+        with (
+            entry(f"{leaf.name}: {value}"),
+            pytest.raises(ConfigurationError, match=rf"arm\.yaml, line {leaf.line}: {leaf.name}: "),
+        ):
+            load(tmp_path, leaf.written(f"{leaf.path[-1]}: {value}"))
 
 
-@each_with(LEAVES, [".nan", "-0.001", "1e9", "many"])
-def test_a_wrong_value_of_a_controller_is_named_with_its_line(
-    tmp_path: Path, leaf: Leaf, value: str
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        load(tmp_path, leaf.written(f"{leaf.path[-1]}: {value}"))
-    assert f"arm.yaml, line {leaf.line}: {leaf.name}: " in str(caught.value)
+def test_a_wrong_value_of_a_controller_is_named_with_its_line(tmp_path: Path) -> None:
+    for leaf, value in each_with(LEAVES, [".nan", "-0.001", "1e9", "many"]):
+        with entry(f"{leaf.name}: {value}"):
+            with pytest.raises(ConfigurationError) as caught:
+                load(tmp_path, leaf.written(f"{leaf.path[-1]}: {value}"))
+            assert f"arm.yaml, line {leaf.line}: {leaf.name}: " in str(caught.value)
 
 
-@each_leaf
-def test_numbers_and_flags_of_controllers_are_not_taken_for_one_another(
-    tmp_path: Path, leaf: Leaf
-) -> None:
-    other = "1.0" if isinstance(leaf.value, bool) else "true"
-    with pytest.raises(ConfigurationError, match=rf"arm\.yaml, line {leaf.line}: {leaf.name}: "):
-        load(tmp_path, leaf.written(f"{leaf.path[-1]}: {other}"))
+def test_numbers_and_flags_of_controllers_are_not_taken_for_one_another(tmp_path: Path) -> None:
+    for leaf in LEAVES:
+        other = "1.0" if isinstance(leaf.value, bool) else "true"
+        with (
+            entry(leaf.name),
+            pytest.raises(ConfigurationError, match=rf"arm\.yaml, line {leaf.line}: {leaf.name}: "),
+        ):
+            load(tmp_path, leaf.written(f"{leaf.path[-1]}: {other}"))
 
 
-@each_leaf
-def test_a_misspelt_value_of_a_controller_gets_a_suggestion(tmp_path: Path, leaf: Leaf) -> None:
-    key = leaf.path[-1]
-    with pytest.raises(ConfigurationError) as caught:
-        load(tmp_path, leaf.written(f"{key}x: {leaf.value}"))
-    assert f"arm.yaml, line {leaf.line}: {leaf.name}x is not a known" in str(caught.value)
-    assert f"did you mean {key}?" in str(caught.value)
+def test_a_misspelt_value_of_a_controller_gets_a_suggestion(tmp_path: Path) -> None:
+    for leaf in LEAVES:
+        key = leaf.path[-1]
+        with entry(leaf.name):
+            with pytest.raises(ConfigurationError) as caught:
+                load(tmp_path, leaf.written(f"{key}x: {leaf.value}"))
+            assert f"arm.yaml, line {leaf.line}: {leaf.name}x is not a known" in str(caught.value)
+            assert f"did you mean {key}?" in str(caught.value)
 
 
-@each_leaf
-def test_a_missing_value_of_a_controller_is_named(tmp_path: Path, leaf: Leaf) -> None:
-    text = leaf.written("")
-    text = text.replace("{, ", "{").replace(", }", "}")
-    with pytest.raises(ConfigurationError) as caught:
-        load(tmp_path, text)
-    # A group with one value is empty without it.
-    whole = ".".join(leaf.path[:-1])
-    assert str(caught.value).split("arm.yaml, ")[1] in {
-        f"line {leaf.above}: {leaf.name} is missing",
-        f"line {leaf.above}: {whole} must be a mapping of names to values",
-    }
+def test_a_missing_value_of_a_controller_is_named(tmp_path: Path) -> None:
+    for leaf in LEAVES:
+        text = leaf.written("").replace("{, ", "{").replace(", }", "}")
+        # A group with one value is empty without it.
+        whole = ".".join(leaf.path[:-1])
+        with entry(leaf.name):
+            with pytest.raises(ConfigurationError) as caught:
+                load(tmp_path, text)
+            assert str(caught.value).split("arm.yaml, ")[1] in {
+                f"line {leaf.above}: {leaf.name} is missing",
+                f"line {leaf.above}: {whole} must be a mapping of names to values",
+            }
 
 
 @settings(max_examples=40)

@@ -21,9 +21,9 @@ def test_a_sequence_is_carried_out_on_a_served_arm(
         with Robot.connect(f"arm:{NAME}") as robot:
             robot.table = load_table(poses, robot.table.fingers)
             seen: list[str] = []
-            run_sequence(robot, EACH_KIND, on_step=lambda call: seen.append(call.label))
+            run_sequence(robot, EACH_KIND, on_step=lambda run: seen.append(run.label))
             assert robot.pose == pytest.approx((0.5, -0.1, 0.2, 0.0), abs=2e-3)
-            assert len(seen) == 12
+            assert len(seen) == 15
             robot.move_joints(HALF)
         file.write_text(
             "schema: 1\nsteps:\n- {kind: move_named, name: gate}\n"

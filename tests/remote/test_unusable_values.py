@@ -12,10 +12,12 @@ from bioscara.server.serve import Served
 from robot_calls import calls
 from served import HALF, NAME, arm_served
 from simulated import NAMES
-from unusable_values import judge
+from unusable_values import SHARE, judge
 
 OF_THE_OWNER = ("Robot.", "RobotGripper.", "jog(", "attach(", "Box", "Cylinder", "Scene")
 """Begin of the names of those calls that reach the owner."""
+OF_HOW_MANY = 1 if SHARE == 1 else 10
+"""Of how many values one is tried: they are checked as those of a robot in this process are."""
 ELSEWHERE = {"Robot.watch", "Robot.simulated", "Robot.connect", "Robot.on_bus", "Scara.solve"}
 
 
@@ -69,7 +71,7 @@ def test_a_call_takes_a_value_or_refuses_it_and_the_arm_stays_usable(
 ) -> None:
     call, base = calls(world.robot)[name]
     world.look()
-    complaints = judge(name, call, base, world.after)
+    complaints = judge(name, call, base, world.after, share=OF_HOW_MANY)
     world.robot.reduced_speed = True
     world.robot.move_joints(HALF)
     assert complaints == [], "\n" + "\n".join(complaints)

@@ -27,7 +27,7 @@ from ros.bringup_controllers import (
 from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
 from served import HALF, NAME
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 OBSTACLE = HALF[0] + 0.15
 """Where the first joint meets an obstacle [rad]."""
 

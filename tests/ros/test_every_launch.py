@@ -35,7 +35,7 @@ from ros.rig import CONFIGS, SUCCEEDED, Rig, rig
 from ros.share import MOVEIT, PACKAGES
 from served import HALF, NAME
 
-pytestmark = [pytest.mark.realtime, pytest.mark.launch]
+pytestmark = pytest.mark.launch
 DESCRIPTIONS = ["bioscara_arm_description", "bioscara_gripper_descriptions", "scene_descriptions"]
 BRINGUPS = [
     ("scene_bringup", "bioscara_arm_gripper128"),

@@ -16,7 +16,7 @@ PROGRAM = Path(__file__).with_name("executor_program.py")
 COUNT = 300
 
 
-@pytest.mark.realtime
+@pytest.mark.ros
 def test_a_stream_at_100_hz_is_received_while_its_callbacks_run() -> None:
     python, environment = ros_python(), ros_environment()
 

@@ -95,7 +95,7 @@ def test_the_arm_alone_with_a_prefix_has_its_own_topics(
     assert converted(judge, tmp_path, scene(prefix))["followed"] == {}
 
 
-@pytest.mark.realtime
+@pytest.mark.ros
 def test_measured_positions_become_commands_of_gazebos_joints(prefix: Path) -> None:
     text = ET.tostring(scene(prefix), encoding="unicode")
     with rig(8) as site:

@@ -99,7 +99,8 @@ def test_rule_7_the_arguments_have_the_names_and_defaults_of_the_original(
     assert dict(zip(ARGUMENTS, listed, strict=True)) == ARGUMENTS
 
 
-@pytest.mark.realtime
+@pytest.mark.ros
+@pytest.mark.path
 def test_the_simulated_arm_is_launched_homed_and_moves(prefix: Path) -> None:
     with (
         rig(6) as site,

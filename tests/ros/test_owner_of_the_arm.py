@@ -32,7 +32,7 @@ from ros.bringup_controllers import (
 from ros.rig import ABORTED, MANAGER, Rig, Ros, rig
 from served import HALF, NAME
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 SLOWLY = goal(near(0.2, at=60.0))
 """A goal that outlasts a test."""
 

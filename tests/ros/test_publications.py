@@ -13,7 +13,7 @@ from ros.bringup_controllers import BROADCASTER, VELOCITY, clear, energise
 from ros.rig import MANAGER, Ros
 from served import HALF
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 PANEL = "best_effort latched depth=10"
 ACTIVITY = f"{MANAGER}/activity"
 

@@ -19,7 +19,7 @@ from ros.bringup_controllers import BROADCASTER, VELOCITY, clear, energise, go_h
 from ros.rig import MANAGER, Rig, Ros
 from served import HALF, NAME
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 STREAM = "stream"
 TOPIC = f"/{STREAM}/commands"
 TYPE = "forward_command_controller/ForwardCommandController"

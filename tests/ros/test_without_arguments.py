@@ -37,7 +37,7 @@ def test_the_parameters_are_those_of_the_launch_files() -> None:
     )
 
 
-@pytest.mark.realtime
+@pytest.mark.ros
 def test_the_example_moves_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
     elsewhere = (0.6, *HALF[1:])
     with (

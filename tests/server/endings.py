@@ -120,7 +120,7 @@ def _program(way: Way) -> Iterator[tuple[subprocess.Popen[str], int]]:
     near, far = pty.openpty() if way.terminal else (-1, -1)
     words = (str(PROGRAM), way.kind, os.ttyname(far) if way.terminal else "")
     with running(
-        *words, env=environment(), stdin=subprocess.PIPE, stderr=subprocess.DEVNULL
+        *words, cold=True, env=environment(), stdin=subprocess.PIPE, stderr=subprocess.DEVNULL
     ) as process:
         wait_for_line(process, "moving")
         if way.terminal:

@@ -192,7 +192,6 @@ def test_a_file_that_cannot_be_used_is_no_empty_bench(arm: SimulatedArm, tmp_pat
             pass
 
 
-@pytest.mark.realtime
 def test_a_killed_owner_has_kept_what_its_clients_set(
     start: Callable[..., subprocess.Popen[str]],
     tmp_path: Path,

@@ -16,8 +16,6 @@ from processes import environment, wait_for_line
 from served import NAME, eventually
 from server.endings import PROGRAM, WAYS, Plant, Way, plant
 
-pytestmark = pytest.mark.realtime
-
 Start = Callable[..., subprocess.Popen[str]]
 
 
@@ -27,6 +25,7 @@ def arm() -> Iterator[Plant]:
         yield served
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("way", WAYS, ids=lambda way: way.name)
 def test_the_arm_decelerates_within_100_ms_however_its_program_ends(arm: Plant, way: Way) -> None:
     ending = arm.measure(way)
@@ -40,14 +39,20 @@ def test_the_arm_decelerates_within_100_ms_however_its_program_ends(arm: Plant, 
 
 def moving(start: Start, kind: str = "outside of a with") -> subprocess.Popen[str]:
     process = start(
-        str(PROGRAM), kind, "", env=environment(), stdin=subprocess.PIPE, stderr=subprocess.DEVNULL
+        str(PROGRAM),
+        kind,
+        "",
+        cold=True,
+        env=environment(),
+        stdin=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
     )
     wait_for_line(process, "moving")
     return process
 
 
 def kill(process: subprocess.Popen[str]) -> None:
-    """Kill a program, and return when it is dead and its parent has not awaited it yet."""
+    """Kill a program, and return when it is dead and this one, its parent, has not awaited it."""
     process.kill()
     os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
 
@@ -112,7 +117,7 @@ with RawClient("finishing") as client:
 def test_a_goal_that_may_finish_is_not_stopped_and_not_waited_for(start: Start, arm: Plant) -> None:
     first, *others = arm.served.robot.state.positions
     goal = map(str, (0.0 if abs(first) > 0.5 else 0.8, *others))
-    program = start("-c", FINISHING, *goal, env=environment(), stdin=subprocess.PIPE)
+    program = start("-c", FINISHING, *goal, cold=True, env=environment(), stdin=subprocess.PIPE)
     wait_for_line(program, "begun")
     kill(program)
     with RemoteRobot(NAME) as robot:
@@ -165,7 +170,7 @@ time.sleep(60.0)
 def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
     start: Start, arm: Plant, how: str
 ) -> None:
-    program = start("-c", FORKING, how, env=environment())
+    program = start("-c", FORKING, how, cold=True, env=environment())
     for _ in range(11):
         line = wait_for_line(program, NotInitializedError.__name__)
         assert f"belongs to process {program.pid}, from which this one was forked" in line

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.system.observed_arm import at_rest, truth
 
 from bioscara import Robot
 from bioscara.api import messages as m
@@ -31,8 +30,7 @@ from bioscara.server.serve import Served, ServeSettings, serving
 from full_disk import full_after
 from processes import environment, wait_for_line
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
-
-pytestmark = pytest.mark.realtime
+from system.observed_arm import at_rest, truth
 
 ARM = Path(__file__).parents[1] / "system/observed_arm.py"
 CLIENT = """
@@ -225,7 +223,7 @@ def test_an_owner_that_is_stopped_is_reported_and_used_again_when_it_goes_on(
     assert folder.is_dir()
     monkeypatch.setattr("bioscara.remote.link._ANSWER_TIMEOUT", 0.5)
     monkeypatch.setattr("bioscara.remote.lease_keeper.PATIENCE", 0.5)
-    owner = served_by(start, "--bus", "sim", "--speed", "10")
+    owner = served_by(start, "--bus", "sim", "--real-time-factor", "10")
     robot: Any = Robot.connect(f"arm:{NAME}")
     with robot:
         robot.acquire_lease()
@@ -245,7 +243,7 @@ def test_a_silent_owner_is_reported_in_time_and_gets_no_late_command(
     start: Start, folder: Path
 ) -> None:
     assert folder.is_dir()
-    owner = served_by(start, "--bus", "sim", "--speed", "10")
+    owner = served_by(start, "--bus", "sim", "--real-time-factor", "10")
     with RemoteRobot(NAME, silence=0.5) as robot:
         robot.controllers.subscribe(lambda _: None)
         robot.enable()

@@ -14,7 +14,7 @@ from subprocess import Popen
 import pytest
 
 from bioscara import Robot
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 
 UNIT = Path(__file__).parents[2] / "examples/bioscara.service"
 # systemd.unit(5), systemd.service(5), systemd.exec(5).
@@ -57,7 +57,6 @@ def test_its_settings_are_those_of_systemd_and_its_command_is_ours() -> None:
     assert settings["Service"]["Environment"] == "BIOSCARA_RUNTIME=/run/bioscara"
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("at_once", [True, False])
 def test_when_it_reports_ready_clients_can_connect_and_its_loop_feeds_the_watchdog(
     start: Callable[..., Popen[str]], tmp_path: Path, at_once: bool
@@ -70,7 +69,7 @@ def test_when_it_reports_ready_clients_can_connect_and_its_loop_feeds_the_watchd
         # The bus, the priority and the group are not those of this computer.
         command = [*words[:1], "--bus", "sim", "--name", "service"]
         environment = {**os.environ, "NOTIFY_SOCKET": path, "WATCHDOG_USEC": "1000000"}
-        service = start("-m", "bioscara", *command, env=environment, cwd=tmp_path)
+        service = start("-m", "bioscara", *command, cold=True, env=environment, cwd=tmp_path)
         assert systemd.recv(100) == b"READY=1"
         if at_once:
             service.send_signal(signal.SIGTERM)

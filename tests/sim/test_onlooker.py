@@ -24,8 +24,6 @@ from bioscara.sim.framing import (
 from bioscara.sim.server import FRAME_TIMEOUT
 from bioscara.sim.simulated_arm import JOINTS
 
-pytestmark = pytest.mark.realtime
-
 LIMIT = 20.0
 PING = Transaction(0x11, b"\x40", 6)
 POSITIONS = {"j1": -0.3, "j2": 0.12, "j3": 0.7, "j4": -1.1}

@@ -14,8 +14,6 @@ from bioscara.model import load_parameters
 from bioscara.sim import SimulatedServo
 from processes import LIMIT, environment, wait_for_line
 
-pytestmark = pytest.mark.realtime
-
 OUTPUT = load_parameters().gripper.outputs[0]
 SERVO = """
 from bioscara.model import load_parameters
@@ -70,7 +68,7 @@ def test_the_folder_of_a_killed_program_is_removed_at_the_next_start(
     assert set(folder.iterdir()) == {left, used}
     (folder / "bioscara-servo-link").symlink_to(used)
     # An owner is such a program, too.
-    served = start("-m", "bioscara", "serve", "--name", "killed", env=environment())
+    served = start("-m", "bioscara", "serve", "--name", "killed", cold=True, env=environment())
     wait_for_line(served, "is served")
     assert not left.exists()
     assert (used / "pwmchip0/device").is_dir()

@@ -27,8 +27,6 @@ from bioscara.sim import SimulatedArm, SocketBus, framing, serve, server, socket
 from bioscara.sim.framing import FrameKind, encode_frame, encode_hello, encode_request
 from bioscara.sim.socket_bus import ServedClock
 
-pytestmark = pytest.mark.realtime
-
 PING, PONG = Transaction(0x11, b"\x0f", 2), b"O\x0c"
 FLAGS_ONLY, NO_PAYLOAD = Transaction(0x11, b"\x29\x00", 1), b"\x0c"
 TIME = bytes(16)
@@ -527,6 +525,7 @@ def test_the_first_wait_of_a_host_is_as_long_as_it_says(path: Path) -> None:
         assert time.monotonic() - begin < 0.5
 
 
+@pytest.mark.realtime
 def test_the_clock_of_a_host_does_not_leap_when_it_connects_again() -> None:
     clock = ServedClock()
     clock.begin_connection()

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from tests.system.observed_arm import START
-
 from bioscara import Robot
 from bioscara.errors import BioscaraError
+from system.observed_arm import START
 
 THERE = (-1.0, 0.22, 0.5, 0.0)
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import IO
 
 import pytest
-from tests.system.observed_arm import truth
 
 from bioscara import Robot
 from bioscara.clock import MonotonicClock
@@ -25,6 +24,7 @@ from bioscara.protocol import Fault, JointState
 from bioscara.sim import SocketBus
 from bioscara.sim.server import _PATIENCE
 from processes import environment, running, wait_for_line, wait_until
+from system.observed_arm import truth
 
 pytestmark = pytest.mark.realtime
 

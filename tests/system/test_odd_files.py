@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.system.odd_files import READERS, SHAPES
 
 from bioscara.errors import BioscaraError
+from system.odd_files import READERS, SHAPES
 
 
 @pytest.mark.parametrize("name", READERS)

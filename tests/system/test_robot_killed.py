@@ -12,7 +12,6 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
-from tests.system.observed_arm import at_rest, truth
 
 from bioscara import Robot
 from bioscara.control.faults.kinds import FaultKind
@@ -20,6 +19,7 @@ from bioscara.errors import FaultedError
 from bioscara.model import load_parameters
 from flight_records import read_record
 from processes import environment, running, wait_for_line, wait_until
+from system.observed_arm import at_rest, truth
 
 pytestmark = pytest.mark.realtime
 

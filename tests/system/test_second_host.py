@@ -7,15 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.system.observed_arm import truth
 
 from bioscara.bus import Transaction
 from bioscara.cli.output.console import ExitStatus
 from bioscara.errors import BusUnavailableError
 from bioscara.sim import SocketBus
 from processes import environment, wait_for_line, wait_until
-
-pytestmark = pytest.mark.realtime
+from system.observed_arm import truth
 
 HERE = Path(__file__).parent
 PING = Transaction(0x14, b"\x0f", 2)
@@ -30,6 +28,7 @@ def test_a_motion_runs_through_while_other_programs_try_to_connect(
         str(HERE / "moving_host.py"),
         str(path),
         "track",
+        cold=True,
         env=environment(),
         stderr=subprocess.PIPE,
     )

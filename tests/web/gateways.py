@@ -74,6 +74,7 @@ class Site:
             open_timeout=LIMIT,
             **{"compression": None, "max_size": None, **options},
         ) as socket:
+            assert isinstance(socket, ClientConnection)
             yield socket
 
     @contextmanager

@@ -15,6 +15,7 @@ from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.browser_sessions import LIFETIME
 from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.routes.page import ASSETS
+from entries import entry
 from web.gateways import LIMIT, Site, site
 
 
@@ -136,34 +137,33 @@ def test_each_route_has_its_row(left: Site) -> None:
     assert sorted(routes(left)) == sorted(EXPECTED | PAGE)
 
 
-@pytest.mark.parametrize("route", EXPECTED)
-def test_a_route_answers_each_credential_as_expected(route: str, own: Site) -> None:
-    expected = EXPECTED[route]
-    assert status(own, route, {}) == expected.anonymous
-    assert status(own, route, own.bearer(Scope.VIEW)) == expected.viewer
-    assert status(own, route, own.bearer(Scope.OPERATE)) == expected.operator
-    assert status(own, route, own.bearer("0" * 32)) == 401
-    assert status(own, route, {"Authorization": "Basic dmlldzp2aWV3"}) == 401
+def test_a_route_answers_each_credential_as_expected(own: Site) -> None:
+    for route, expected in EXPECTED.items():
+        with entry(route):
+            assert status(own, route, {}) == expected.anonymous
+            assert status(own, route, own.bearer(Scope.VIEW)) == expected.viewer
+            assert status(own, route, own.bearer(Scope.OPERATE)) == expected.operator
+            assert status(own, route, own.bearer("0" * 32)) == 401
+            assert status(own, route, {"Authorization": "Basic dmlldzp2aWV3"}) == 401
 
 
-@pytest.mark.parametrize("route", sorted(EXPECTED.keys() - {"POST /session"}))
-def test_an_expired_cookie_is_as_none(route: str, own: Site) -> None:
-    with own.signed_in(Scope.ADMIN) as browser:
-        cookie = own.cookie(browser)
-        for session in own.gateway.sessions._sessions.values():
-            session.until -= LIFETIME
-        assert status(own, route, cookie) == status(own, route, {"Origin": own.origin})
+def test_an_expired_cookie_is_as_none(own: Site) -> None:
+    for route in sorted(EXPECTED.keys() - {"POST /session"}):
+        with entry(route), own.signed_in(Scope.ADMIN) as browser:
+            cookie = own.cookie(browser)
+            for session in own.gateway.sessions._sessions.values():
+                session.until -= LIFETIME
+            assert status(own, route, cookie) == status(own, route, {"Origin": own.origin})
 
 
 @pytest.mark.parametrize("place", FOREIGN)
-@pytest.mark.parametrize("route", EXPECTED)
-def test_a_request_from_elsewhere_is_refused_by_each_route(
-    route: str, place: str, left: Site
-) -> None:
+def test_a_request_from_elsewhere_is_refused_by_each_route(place: str, left: Site) -> None:
     headers, refused = FOREIGN[place]
     port = left.host.rpartition(":")[2]
     sent = {name: value.format(host=left.host, port=port) for name, value in headers.items()}
-    assert status(left, route, {**left.bearer(Scope.ADMIN), **sent}) == refused
+    for route in EXPECTED:
+        with entry(route):
+            assert status(left, route, {**left.bearer(Scope.ADMIN), **sent}) == refused
 
 
 @pytest.mark.parametrize("path", ["/absent", "/api/absent", "/docs", "/page/index.html"])

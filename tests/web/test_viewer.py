@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from bioscara.api.values import workspace_value
-from bioscara.cli.options import START
+from bioscara.cli.shared_arguments import START
 from bioscara.dashboard.clearance import clearance
 from bioscara.dashboard.viewed import Viewed
 from bioscara.errors import BusUnavailableError
@@ -40,10 +40,12 @@ def server(request: pytest.FixtureRequest) -> Iterator[ViewServer]:
         yield made
 
 
-def client(server: ViewServer, *, token: bool = True, **headers: str) -> httpx.Client:
-    address, _, fragment = server.url.partition("viewer.html#token=")
-    given = {"Authorization": f"Bearer {fragment}"} if token else {}
-    return httpx.Client(base_url=address, headers={**given, **headers}, timeout=LIMIT)
+def client(
+    server: ViewServer, headers: dict[str, str] | None = None, *, token: bool = True
+) -> httpx.Client:
+    address, _, fragment = server.url.partition("viewer.html#")
+    given = {"Authorization": f"Bearer {fragment.removeprefix('token=')}"} if token else {}
+    return httpx.Client(base_url=address, headers={**given, **(headers or {})}, timeout=LIMIT)
 
 
 def test_without_the_token_there_is_only_the_empty_page(server: ViewServer) -> None:
@@ -65,7 +67,7 @@ def test_without_the_token_there_is_only_the_empty_page(server: ViewServer) -> N
 def test_requests_of_other_sites_are_refused(
     headers: dict[str, str], status: int, server: ViewServer
 ) -> None:
-    with client(server, **headers) as foreign:
+    with client(server, headers) as foreign:
         assert [foreign.get(path).status_code for path in PATHS] == [status] * len(PATHS)
 
 
@@ -109,9 +111,14 @@ def test_two_views_at_once_do_not_sign_each_other_out() -> None:
         httpx.Client(timeout=LIMIT) as browser,
     ):
         for server in (one, other):
-            address, _, token = server.url.partition("viewer.html#token=")
+            address, _, given = server.url.partition("viewer.html#")
             browser.headers["Origin"] = address.rstrip("/")
-            assert browser.post(f"{address}session", json={"token": token}).status_code == 200
+            assert (
+                browser.post(
+                    f"{address}session", json={"token": given.removeprefix("token=")}
+                ).status_code
+                == 200
+            )
         for server in (one, other):
             address = server.url.partition("viewer.html")[0]
             browser.headers["Origin"] = address.rstrip("/")

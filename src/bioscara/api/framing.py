@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from bioscara.api.messages import FromClient, FromOwner
-from bioscara.errors import ProtocolError
+from bioscara.errors import BioscaraError, InvalidArgumentError, ProtocolError
 from bioscara.printing import encodable
 
 HELLO_MAX = 4 << 10
@@ -67,6 +67,16 @@ def _encodable(value: Any) -> Any:
         case list() | tuple():
             return [_encodable(each) for each in value]
     return value
+
+
+def unusable(error: Exception) -> BioscaraError:
+    """Return the error for a message that cannot be decoded: of a value, that of a program."""
+    if isinstance(error.__cause__, BioscaraError):
+        return error.__cause__
+    malformed = isinstance(error, msgspec.DecodeError | RecursionError)
+    if malformed and not isinstance(error, msgspec.ValidationError):
+        return ProtocolError(f"the message cannot be read: {error}")
+    return InvalidArgumentError(f"the request cannot be used: {error}")
 
 
 def framed(payload: bytes) -> bytes:

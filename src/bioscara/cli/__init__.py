@@ -1,11 +1,13 @@
 """The command-line interface: parses the arguments, moves one arm and reports the result.
 
-Begin with ``arguments``, which a ``parser`` with its own messages turns into ``options`` for one of
-``commands``. The commands share ``opened_arm``, which opens the named arm, ``motion``, which moves
-it with a live display, ``target``, which plans the motions of ``plan`` and ``move``,
-``teach_table`` with the poses of ``--table``, ``signals``, ``terminal`` for jogging by keys and for
-looking at an arm, ``watch``, which shows the demonstration in the browser, and ``output`` for all
-that is shown and written. Modules that are slow to import are imported only when needed.
+Begin with ``parser``, whose messages are its own, and ``commands``, of which each has its arguments
+and its action in a module. Groups of arguments that commands share are in ``arm_arguments`` and
+``motion_arguments``. The actions share ``opened_arm``, which opens the named arm, ``motion``, which
+moves it with a live display, ``job`` and ``sequence``, which carry a file out, ``target``, which
+plans the motions of ``plan`` and ``move``, ``teach_table`` with the poses of ``--table``,
+``owner_link`` to a served arm, ``signals``, ``terminal`` for jogging by keys and for looking at an
+arm, ``watch``, which shows the demonstration in the browser, and ``output`` for all that is shown
+and written.
 """
 
 from __future__ import annotations
@@ -16,8 +18,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bioscara.cli.arguments import parse
-from bioscara.cli.output.console import ExitStatus, complain
+from bioscara.cli.output.console import ExitStatus, Output, complain
+from bioscara.cli.parser import parse
 from bioscara.errors import BioscaraError, HardwareError
 
 
@@ -31,10 +33,12 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
     if sys.stdout is None:
         # Closed by the parent process, as in `bioscara demo >&-`: there is no reader.
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
-    options = parse(arguments)
+    options, output = parse(arguments), Output()
     options.paced = paced
     try:
-        status = options.load_command()(options)
+        status = options.run(options, output) or ExitStatus.OK
+        if status is not ExitStatus.INTERRUPTED:
+            output.check()
         sys.stdout.flush()
     except BioscaraError as error:
         complain(str(error))

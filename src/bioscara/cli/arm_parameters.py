@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 
 from bioscara.arguments import OVERLAY_VARIABLE
-from bioscara.cli.options import Options
 from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options
 from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.model.overlay import changes

@@ -16,11 +16,12 @@ from bioscara.cli.opened_arm import (
     remedy,
     require_acknowledgement,
 )
-from bioscara.cli.options import Options
 from bioscara.cli.output.angles import AngleUnit, angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.output.live_view import Caption, make_view
+from bioscara.cli.output.display import make_view
+from bioscara.cli.output.live_view import Caption
 from bioscara.cli.output.observer import Observer
+from bioscara.cli.parser import Options
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.terminal.keyboard import Keyboard
 from bioscara.control.loop.realtime import realtime

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from bioscara.cli.options import FINGERS, Options
+from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import FINGERS
 from bioscara.connect import Robot
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
@@ -43,8 +44,7 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
 
 def own_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> Robot:
     """Return the arm of this process that ``--bus`` and ``--v1`` name; as :func:`open_arm`."""
-    reduced_speed = not getattr(options, "full_speed", False)
-    rate = getattr(options, "rate", None)
+    rate, reduced_speed = options.rate, not options.full_speed
     if options.bus != "sim":
         return Robot.on_bus(
             options.bus, parameters, rate=rate, evidence=evidence, reduced_speed=reduced_speed
@@ -55,7 +55,7 @@ def own_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS
         rate=rate,
         evidence=evidence,
         reduced_speed=reduced_speed,
-        pace_homing=getattr(options, "realtime", False),
+        pace_homing=options.realtime,
         pace_motion=options.paced,
     )
 
@@ -80,17 +80,16 @@ def introduce(robot: ArmMethods, options: Options, report: Callable[[str], None]
 
 def others_served(options: Options) -> str:
     """Return how to use a served arm in place of the one that the command simulates; or nothing."""
-    served = getattr(options, "served", ())
-    if not served:
+    if not options.served:
         return ""
-    each = " or ".join(f"--arm {name}" for name in served)
-    return f"; {each} takes the served arm{'s' if len(served) > 1 else ''}"
+    each = " or ".join(f"--arm {name}" for name in options.served)
+    return f"; {each} takes the served arm{'s' if len(options.served) > 1 else ''}"
 
 
 @contextmanager
 def at_full_speed(robot: ArmMethods, options: Options) -> Iterator[None]:
     """Let the arm of an owner move as fast as ``--full-speed`` wants, within a block of code."""
-    if options.arm is None or not getattr(options, "full_speed", False):
+    if options.arm is None or not options.full_speed:
         yield
         return
     before, robot.reduced_speed = robot.reduced_speed, False

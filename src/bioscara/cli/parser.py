@@ -4,17 +4,63 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib
 import shlex
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
-from bioscara.api import runtime
-from bioscara.cli.output.console import ExitStatus, complain
+from bioscara.cli.commands import COMMANDS
+from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.spelling import did_you_mean
+from bioscara.version import __version__
 
-_GATEWAYS = ("web", "record", "ros")
-"""Commands that an owner can start."""
+EPILOG = (
+    "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
+    "2 wrong usage, or refused before that; 130 interrupted."
+)
+_RENAMED = {"--speed": ("velocity-scaling", "real-time-factor")}
+"""Options that had another name, a factor of two kinds."""
+
+
+class Options(argparse.Namespace):
+    """The parsed arguments of a command.
+
+    Each command has those that its module and the groups name that it uses. Of those that are read
+    for several commands, these are the values for a command that does not have them.
+
+    Attributes:
+        command: Name of the command.
+        run: Carries it out, and returns its exit status; None for OK.
+        words: All arguments after ``bioscara``, as typed.
+        paced: Whether a simulated trajectory runs in real time.
+        bus: Name of the bus.
+        arm: Name of the owner whose arm is used; None for an arm of this process.
+        served: Names of the arms that are served while the command simulates one of its own.
+        parameters: File with the values in which the arm differs from the committed ones, if any.
+    """
+
+    command: str
+    run: Callable[[Options, Output], ExitStatus | None]
+    words: Sequence[str] = ()
+    paced: bool = True
+    bus: str = "sim"
+    arm: str | None = None
+    served: Sequence[str] = ()
+    parameters: Path | None = None
+    v1: bool = False
+    homed: bool = False
+    rate: int | None = None
+    priority: int | None = None
+    realtime: bool = False
+    full_speed: bool = False
+    start: Sequence[float] | None = None
+    table: Path | None = None
+
+    def typed(self, *more: str) -> str:
+        """Return the command as typed, with further words, for a shell."""
+        return shlex.join(("bioscara", *self.words, *more))
 
 
 class Parser(argparse.ArgumentParser):
@@ -22,12 +68,18 @@ class Parser(argparse.ArgumentParser):
 
     Unknown words are refused first, with the nearest known one; a refusal is one line, without the
     usage. Options are not abbreviated. Any number may be negative, also -1e-3.
+
+    Attributes:
+        commands: The parsers of the commands, by name.
+        checks: Complete the options of the command, and refuse those that exclude one another.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
         self.commands: dict[str, Parser] = {}
-        self._default = ""
+        self.checks: list[Callable[[Parser, Options], None]] = []
+        self._dest = self._default = ""
+        self._left: tuple[str, str, str] | None = None
 
     def take_commands(self, dest: str, metavar: str, default: str = "") -> None:
         """Let the first word be a command that :meth:`add_command` adds.
@@ -37,7 +89,7 @@ class Parser(argparse.ArgumentParser):
             metavar: Name of the argument.
             default: Command that is meant where options come first; empty if none is.
         """
-        self._default = default
+        self._dest, self._default = dest, default
         # Not required: refuse() reports a missing command, with their names.
         self._added = self.add_subparsers(dest=dest, metavar=metavar, parser_class=Parser)
 
@@ -49,12 +101,25 @@ class Parser(argparse.ArgumentParser):
         self.commands[name] = parser
         return parser
 
-    def read(self, words: Sequence[str], namespace: argparse.Namespace) -> None:
-        """Parse the words into ``namespace``; raises SystemExit, status 2, on wrong usage."""
+    def leave(self, dest: str, begin: str, end: str) -> None:
+        """Leave the words from ``begin`` up to ``end`` to another program, as option ``dest``."""
+        self._left = (dest, begin, end)
+        self.set_defaults(**{dest: []})
+
+    def read(self, words: Sequence[str], options: Options) -> None:
+        """Parse the words into ``options``; raises SystemExit, status 2, on wrong usage."""
+        words = self.completed(list(words))
         words = [f" {word}" if _is_negative(word) else word for word in words]
-        words = self.completed(words)
         self.refuse(words)
-        self.parse_args(words, namespace)
+        self.parse_args(words, options)
+        self.check(options)
+
+    def check(self, options: Options) -> None:
+        """Complete the options, and refuse those that exclude one another."""
+        for check in self.checks:
+            check(self, options)
+        if self.commands:
+            self.commands[getattr(options, self._dest)].check(options)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse the words, and refuse what is left of them.
@@ -67,7 +132,13 @@ class Parser(argparse.ArgumentParser):
         return parsed, left
 
     def completed(self, words: list[str]) -> list[str]:
-        """Return the words with the commands that are meant by default."""
+        """Return the words with the commands that are meant by default, without those left."""
+        if self._left is not None and self._left[1] in words:
+            dest, first, last = self._left
+            begin = words.index(first)
+            end = words.index(last, begin) if last in words[begin:] else len(words)
+            self.set_defaults(**{dest: words[begin:end]})
+            words = words[:begin] + words[end + 1 :]
         if self._default and (not words or words[0].startswith("-")):
             return words if {"-h", "--help"} & set(words) else [self._default, *words]
         if words and words[0] in self.commands:
@@ -115,6 +186,7 @@ class Parser(argparse.ArgumentParser):
     def _refuse_option(self, word: str) -> NoReturn:
         known = [name[2:] for name in self._option_string_actions if name.startswith("--")]
         near = did_you_mean(word.lstrip("-"), known)
+        near = next((f"write --{new}" for new in _RENAMED.get(word, ()) if new in known), near)
         others = "its options are " + " ".join(f"--{name}" for name in known if name != "help")
         hint = near.replace("mean ", "mean --") or others
         self.error(f"{self._name} has no option {word}; {hint}")
@@ -135,6 +207,9 @@ class Parser(argparse.ArgumentParser):
 
     def as_arm(self, word: str) -> str:
         """Return the remedy if a word can be the name of an arm, else an empty text."""
+        # Imported here: needed for this message alone.
+        from bioscara.api import runtime  # noqa: PLC0415
+
         takes_arm = "--arm" in self._option_string_actions and runtime.is_name(word)
         return f"an arm is named by --arm {word}" if takes_arm else ""
 
@@ -178,6 +253,30 @@ class Parser(argparse.ArgumentParser):
         return None
 
 
+def parse(arguments: Sequence[str] | None = None) -> Options:
+    """Parse the options; raises ``SystemExit`` with status 2 on wrong usage.
+
+    Args:
+        arguments: The arguments after ``bioscara``; those of the process by default.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    options = Options(words=words)
+    parser = Parser(
+        prog="bioscara", description="Move a Bioscara arm, simulated or real.", epilog=EPILOG
+    )
+    parser.add_argument("--version", action="version", version=f"bioscara {__version__}")
+    parser.take_commands("command", "COMMAND")
+    for name, (_, help_text) in COMMANDS.items():
+        parser.add_command(name, help_text)
+    called = words[0] if words else ""
+    if called in COMMANDS:
+        module = importlib.import_module(f"bioscara.cli.commands.{COMMANDS[called][0]}")
+        module.arguments(parser.commands[called])
+        options.run = module.run
+    parser.read(words, options)
+    return options
+
+
 def number(word: str) -> float:
     """Return the number in an argument."""
     with contextlib.suppress(ValueError):
@@ -190,23 +289,6 @@ def whole_number(word: str) -> int:
     with contextlib.suppress(ValueError):
         return int(word)
     raise argparse.ArgumentTypeError(f"{word.strip()!r} is not a whole number")
-
-
-def gateways(word: str) -> list[tuple[str, ...]]:
-    """Return the words of the gateways in an argument: their names, or one name with options."""
-    try:
-        words = shlex.split(word)
-    except ValueError as error:
-        text = f"{word.strip()!r} cannot be read: {str(error).lower()}"
-        raise argparse.ArgumentTypeError(text) from None
-    found: list[tuple[str, ...]] = [(name,) for name in word.split(",") if name]
-    if len(words) > 1:
-        found = [tuple(words)]
-    for name, *_ in found:
-        if name not in _GATEWAYS:
-            hint = did_you_mean(name, _GATEWAYS, f"there are {', '.join(_GATEWAYS)}")
-            raise argparse.ArgumentTypeError(f"there is no gateway {name!r}; {hint}")
-    return found
 
 
 def _is_negative(word: str) -> bool:

@@ -6,30 +6,27 @@ from collections.abc import Iterator
 
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
-from bioscara.cli.opened_arm import arrange
-from bioscara.cli.options import FINGERS, Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
-from bioscara.cli.target import planner_from, scene_from
+from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import FINGERS
+from bioscara.cli.target import arrange_owned, planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.cli.terminal.keyboard import motion_keys
 from bioscara.connect import Robot
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
-from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.planner import Planner
-from bioscara.robot.sequences.calls import calls
 from bioscara.robot.sequences.dry_run import Verdict, dry_run
 from bioscara.robot.sequences.running import run_sequence
 from bioscara.robot.sequences.sequence_file import read_sequence
-from bioscara.robot.sequences.steps import StepSequence, require_tool
+from bioscara.robot.sequences.steps import StepSequence, require_names
 
 
-def run(options: Options) -> ExitStatus:
+def run(options: Options, output: Output) -> ExitStatus:
     """Home the arm where necessary and carry out the sequence, or plan it with ``--dry-run``.
 
     Raises:
         BioscaraError: The sequence was refused before anything moved.
-        OSError: Standard output cannot be written.
     """
     for word, given in (("--fit", options.fit), ("--out", options.out is not None)):
         if given:
@@ -41,12 +38,8 @@ def run(options: Options) -> ExitStatus:
         raise InvalidArgumentError(
             "--from applies only to --dry-run: the arm begins where it is; leave it out"
         )
-    sequence, output = read_sequence(options.file), Output()
-    status = (
-        _plan(options, sequence, output) if options.dry_run else _run(options, sequence, output)
-    )
-    output.check()
-    return status
+    sequence = read_sequence(options.file)
+    return (_plan if options.dry_run else _run)(options, sequence, output)
 
 
 def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus:
@@ -54,7 +47,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
     wanted = None
     if options.arm is None:
         wanted = _planner(options, parameters)
-        _check(sequence, wanted)
+        require_names(sequence, wanted)
     with (
         opened_arm(options, parameters, output) as (robot, cancelled),
         motion_keys(output) as keyboard,
@@ -63,8 +56,8 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
             space = wanted.workspace
             robot.table, robot.scene, robot.tool = space.table, space.scene, space.tool
         else:
-            _arrange_owned(robot, options)
-            _check(sequence, robot.plan)
+            arrange_owned(robot, options)
+            require_names(sequence, robot.plan)
         output.line(f"sequence: {sequence.title or options.file}, {len(sequence.steps)} steps")
 
         def move(progress: Progress) -> None:
@@ -73,7 +66,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
             run_sequence(
                 robot,
                 sequence,
-                on_step=lambda call: progress.phase(f"step {call.label} of {len(sequence.steps)}"),
+                on_step=lambda run: progress.phase(f"step {run.label} of {len(sequence.steps)}"),
                 on_cycle=progress.cycle,
                 cancelled=cancelled,
             )
@@ -84,22 +77,10 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
     return status
 
 
-def _arrange_owned(robot: ArmMethods, options: Options) -> None:
-    table = read_table(options, robot.table.fingers) if options.table else robot.table
-    arrange(robot, options, table, scene_from(options), options.tool)
-
-
 def _planner(options: Options, parameters: ArmParameters) -> Planner:
     planner = planner_from(options, parameters)
     planner.workspace = lookup(options, planner.workspace.with_tool, options.tool)
     return planner
-
-
-def _check(sequence: StepSequence, planner: Planner) -> None:
-    """Refuse another tool, and names that the table does not have, before anything moves."""
-    require_tool(sequence, planner.workspace.tool.name)
-    for _ in calls(sequence, planner.workspace):
-        pass
 
 
 def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatus:
@@ -118,8 +99,7 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
             if options.tool not in {space.tool.name, FINGERS}:
                 space = space.with_tool(options.tool)
             verdicts = [*dry_run(sequence, space, planner.here())]
-    for line in columns([*_rows(verdicts)]):
-        output.line(line)
+    output.lines(columns([*_rows(verdicts)]))
     for verdict in verdicts:
         for note in verdict.notes:
             output.line(f"note: {note}")
@@ -133,6 +113,6 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
 def _rows(verdicts: list[Verdict]) -> Iterator[tuple[str, str]]:
     yield "step", "duration"
     for verdict in verdicts:
-        yield verdict.call.label, "refused" if verdict.error else f"{verdict.duration:.2f} s"
+        yield verdict.run.label, "refused" if verdict.error else f"{verdict.duration:.2f} s"
     if verdicts[-1].error is None:
         yield "total", f"{sum(verdict.duration for verdict in verdicts):.2f} s"

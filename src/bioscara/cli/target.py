@@ -11,8 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bioscara.cli.options import START, Options
+from bioscara.cli.opened_arm import arrange
 from bioscara.cli.output.angles import LENGTHS, AngleUnit
+from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.errors import InvalidArgumentError, UnreachableError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara, batch
@@ -24,6 +26,7 @@ from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.limits import check_share
 from bioscara.planning.motions.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory.extrema import joint_extrema
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.tools import check_number
 from bioscara.robot.workspace.workspace import Workspace
@@ -38,6 +41,12 @@ def scene_from(options: Options) -> Scene:
     return Scene() if options.scene is None else read_scene(options.scene)
 
 
+def arrange_owned(robot: ArmMethods, options: Options) -> None:
+    """Give the arm of an owner the table, the scene and the tool that options name, if any."""
+    table = read_table(options, robot.table.fingers) if options.table else robot.table
+    arrange(robot, options, table, scene_from(options), options.tool)
+
+
 def planner_from(options: Options, parameters: ArmParameters) -> Planner:
     """Return a planner that starts at ``--from``, with the poses and the scene of their files.
 
@@ -45,8 +54,7 @@ def planner_from(options: Options, parameters: ArmParameters) -> Planner:
         InvalidArgumentError: The start is outside the limits, or a file cannot be read.
     """
     start = START if options.start is None else options.start
-    reduced_speed = not getattr(options, "full_speed", False)
-    workspace = Workspace.of(parameters, reduced_speed=reduced_speed)
+    workspace = Workspace.of(parameters, reduced_speed=not options.full_speed)
     problems = workspace.kinematics.beyond(start)
     if problems:
         raise InvalidArgumentError(f"--from is outside the limits: {'; '.join(problems)}")
@@ -78,7 +86,7 @@ def plan_target(planner: Planner, options: Options) -> Plan:
     Raises:
         UnreachableError, TrajectoryError, ZoneError: The arm cannot move to the target.
     """
-    share = options.speed
+    share = options.velocity_scaling
     if options.name:
         return planner.move_named(options.name, velocity_scaling=share)
     if options.joints is not None:
@@ -144,7 +152,7 @@ def check_target(planner: Planner, options: Options) -> None:
 
 
 def _check_options(options: Options) -> None:
-    check_share(options.speed)
+    check_share(options.velocity_scaling, "--velocity-scaling")
     if options.pose is None and (options.linear or options.via is not None):
         raise InvalidArgumentError("--linear and --via need a --pose to go to")
     if options.linear and options.via is not None:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.options import TABLE, Options
 from bioscara.cli.output.angles import AngleUnit
+from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import TABLE
 from bioscara.connect import Robot
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.model import ArmParameters

@@ -10,7 +10,9 @@ import numpy as np
 
 from bioscara.api.messages import TrajectoryValue
 from bioscara.api.values import trajectory_value, workspace_value
-from bioscara.cli.options import START, Options
+from bioscara.cli.commands.serving.view import has_target
+from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.target import plan_target, scene_from, target_planner
 from bioscara.dashboard.viewed import Viewed
 from bioscara.errors import BioscaraError, ConfigurationError, InvalidArgumentError, TrajectoryError
@@ -69,7 +71,7 @@ def viewed_from(options: Options, parameters: ArmParameters) -> Viewed:
     Raises:
         BioscaraError: It cannot be read or planned; the message says why.
     """
-    if options.has_target():
+    if has_target(options):
         planner = target_planner(options, parameters)
         plan = plan_target(planner, options)
         space = planner.workspace

@@ -15,8 +15,9 @@ from threading import Thread
 from bioscara.api import runtime
 from bioscara.api.gateway_pages import page_of
 from bioscara.cli.commands.serving.web import require_packages
-from bioscara.cli.options import TABLE, Options
 from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.parser import Options
+from bioscara.cli.shared_arguments import TABLE
 from bioscara.cli.signals import StopRequest
 from bioscara.connect import Robot
 from bioscara.errors import InvalidArgumentError, OwnerLostError
@@ -35,7 +36,10 @@ _SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
 
 
 def watch(
-    demonstrate: Callable[[], ExitStatus], parameters: ArmParameters, options: Options
+    demonstrate: Callable[[], ExitStatus],
+    parameters: ArmParameters,
+    options: Options,
+    output: Output,
 ) -> ExitStatus:
     """Serve a simulated arm with its page, show it, demonstrate, and serve it until Ctrl-C.
 
@@ -43,6 +47,7 @@ def watch(
         demonstrate: Moves the arm that ``options.arm`` names then.
         parameters: Parameters of the arm.
         options: Parsed options.
+        output: Output for messages to the user.
 
     Raises:
         InvalidArgumentError: The arm is not the simulated one.
@@ -57,7 +62,6 @@ def watch(
             f"--bus {options.bus} --with web"
         )
     require_packages()
-    output = Output()
     log.set_up(as_json=False, least=logging.WARNING)  # not into the display of the motion
     settings = ServeSettings(
         NAME,
@@ -81,7 +85,6 @@ def watch(
             with StopRequest() as ended:
                 while not ended():
                     time.sleep(_POLL)
-    output.check()
     return status
 
 

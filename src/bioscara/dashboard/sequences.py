@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import msgspec
 
@@ -15,11 +15,10 @@ from bioscara.model import ArmParameters
 from bioscara.model.yaml_file import SIZE_MAX
 from bioscara.printing import printable
 from bioscara.robot import tasks
-from bioscara.robot.sequences.calls import Call
 from bioscara.robot.sequences.dry_run import Verdict, dry_run, joined
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
-from bioscara.robot.sequences.steps import sequence_of, values_of
+from bioscara.robot.sequences.steps import Wait, sequence_of, values_of
 from bioscara.robot.workspace.workspace import Workspace
 
 BODY_MAX = SIZE_MAX
@@ -57,7 +56,7 @@ class StepVerdict(msgspec.Struct, frozen=True):
     duration: float | None
     notes: tuple[str, ...]
     failure: m.FailureValue | None
-    task: m.AnyTask | None
+    task: tasks.ArmTask | None
 
 
 class DryRun(msgspec.Struct, frozen=True):
@@ -141,35 +140,13 @@ def dry_run_of(
 
 
 def _verdict(verdict: Verdict) -> StepVerdict:
-    call, refused = verdict.call, verdict.error is not None
+    run, refused = verdict.run, verdict.error is not None
     return StepVerdict(
-        call.first,
-        len(call.steps),
-        call.label,
+        run.first,
+        len(run.steps),
+        run.label,
         None if refused else verdict.duration,
         verdict.notes,
         None if verdict.error is None else failure_of(verdict.error),
-        None if refused else task_of(call),
+        None if refused or isinstance(verdict.task, Wait) else verdict.task,
     )
-
-
-_MOTIONS: dict[str, Callable[..., m.AnyTask]] = {
-    "move_joints": lambda goal, **share: tasks.MoveJoints(positions=goal, **share),
-    "move_named": lambda name, **share: tasks.MoveNamed(name=name, **share),
-    "move_to": lambda pose, **share: tasks.MoveTo(pose=pose, **share),
-    "move_linear": lambda pose, **share: tasks.MoveLinear(pose=pose, **share),
-    "move_circular": lambda via, pose, **share: tasks.MoveCircular(via=via, pose=pose, **share),
-    "move_sequence": lambda waypoints: tasks.MoveSequence(waypoints=tuple(waypoints)),
-    "gripper.move": tasks.MoveGripper,
-    "gripper.open": tasks.OpenGripper,
-    "gripper.close": tasks.CloseGripper,
-    "gripper.grasp": tasks.Grasp,
-    "gripper.release": tasks.Release,
-}
-
-
-def task_of(call: Call) -> m.AnyTask | None:
-    """Return the task of an owner that does the same as a call of a robot; None for a wait."""
-    if call.method == "sleep":
-        return None
-    return _MOTIONS[call.method](*call.arguments, **call.keywords)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, fields
 from functools import cache, partial
-from typing import Any, LiteralString, get_type_hints
+from typing import Any, get_type_hints
 
 from pydantic import GetCoreSchemaHandler, TypeAdapter, ValidationError
 from pydantic_core import (
@@ -120,30 +120,30 @@ def _by_field(kind: type[Checked], values: object) -> object:
     known = {each.name: each.metadata.get(KNOWN_AS, each.name) for each in fields(kind)}
     unknown = [key for key in given if key not in known][:_MOST]
     listed = f"known here: {', '.join(known.values())}"
-    _refuse(
-        "unknown",
-        [
-            Problem(
-                f"is not a known parameter; {did_you_mean(str(key), known, listed)}",
-                (key if isinstance(key, str | int) else str(key),),
-            )
-            for key in unknown
-        ],
+    require_none(
+        Problem(
+            f"is not a known parameter; {did_you_mean(str(key), known, listed)}",
+            (key if isinstance(key, str | int) else str(key),),
+        )
+        for key in unknown
     )
     return values
 
 
 def _check_several(made: Checked) -> Checked:
-    _refuse("refused", made.problems())
+    require_none(made.problems())
     return made
 
 
-def _refuse(kind: LiteralString, problems: Iterable[Problem]) -> None:
+def require_none(problems: Iterable[Problem]) -> None:
     """Raise unless there are no problems; pydantic adds the location of the group."""
     errors = [
         InitErrorDetails(
             type=PydanticCustomError(
-                kind, "{text}", {"text": text, _OTHERS: others, _DEPTH: len(location)}
+                # "radius is not a known parameter", but "radius: 3 is outside 0 .. 1 m".
+                "predicate" if text.startswith("is ") else "refused",
+                "{text}",
+                {"text": text, _OTHERS: others, _DEPTH: len(location)},
             ),
             loc=location,
             input=None,
@@ -180,7 +180,7 @@ def _contradicted(error: ErrorDetails) -> list[Location]:
 
 
 _TEXTS = {
-    "unknown": "{name} {text}",
+    "predicate": "{name} {text}",
     "value_error": "{name}: {error}",
     "missing": "{name} is missing",
     "greater_than": "{name}: {value} must be above {gt:g}",

@@ -238,6 +238,15 @@ class Checked(metaclass=_Checking):
         return made
 
 
+def require_none(problems: Iterable[Problem]) -> None:
+    """Raise unless there are no problems, for the functions of :class:`Before`.
+
+    Raises:
+        ValidationError: There are some, of pydantic, which adds the location of the outer group.
+    """
+    _schemas().require_none(problems)
+
+
 def _schemas() -> ModuleType:
     # Imported by the first check: pydantic loads slowly, and many programs check nothing.
     from bioscara.model import schemas  # noqa: PLC0415

@@ -50,7 +50,7 @@ from bioscara.robot.connection import exit_guard
 from bioscara.robot.operations.motions.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.robot_gripper import RobotGripper
-from bioscara.robot.tasks.task import Conditions
+from bioscara.robot.tasks.task import Conditions, require_task
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
 
@@ -112,7 +112,7 @@ class RemoteRobot(ArmMethods):
         self._opened = self._closed = False
         self._workspace: tuple[m.WorkspaceState, Workspace] | None = None
         self._description: m.Description | None = None
-        self.gripper = RobotGripper(self._begin, self._jaws)
+        self.gripper = RobotGripper(self.do, self._jaws)
         self.controllers = RemoteControllers(
             self._command_for, self._ask, self._link.subscribe_to_controllers
         )
@@ -348,10 +348,10 @@ class RemoteRobot(ArmMethods):
         self._command(m.SetSpeedOverride(number("speed_override", share)))
 
     def _set_scene(self, scene: Scene) -> None:
-        self._begin(m.SetScene(scene=scene_value(scene)), Conditions(), wait=True)
+        self.do(m.SetScene(scene=scene_value(scene)))
 
     def _set_table(self, table: TeachTable) -> None:
-        self._begin(m.SetTable(table=table), Conditions(), wait=True)
+        self.do(m.SetTable(table=table))
 
     def borrow_table(self, table: TeachTable) -> None:
         """Use another table until the owner ends or ``table`` is set; the owner's file stays.
@@ -365,7 +365,7 @@ class RemoteRobot(ArmMethods):
         """
         if not isinstance(table, TeachTable):
             raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
-        self._begin(m.SetTable(table=table, save=False), Conditions(), wait=True)
+        self.do(m.SetTable(table=table, save=False))
 
     def stop(self) -> None:
         self._ask(m.StopAll(), m.Done)
@@ -451,6 +451,17 @@ class RemoteRobot(ArmMethods):
                 raise OwnerError(f"the owner answered {type(answer).__name__} to points")
             upload = answer.upload
         return m.Follow(last, approach, planned, upload)
+
+    def do(
+        self,
+        task: m.AnyTask,
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[Any]:
+        require_task(task)
+        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
 
     def _begin(
         self,

@@ -79,8 +79,25 @@ class ArmMethods(ABC):
     # What an arm of this process and that of an owner do in different ways.
 
     @abstractmethod
-    def _begin(self, task: tasks.ArmTask, conditions: Conditions, *, wait: bool) -> Running[Any]:
-        """Begin a task, and wait for its end if ``wait`` is set; return its handle."""
+    def do(
+        self,
+        task: tasks.ArmTask,
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Running[Any]:
+        """Carry out a task, as the method of its name does.
+
+        Args:
+            task: What to do, of ``bioscara.robot.tasks``.
+            timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
+
+        Raises:
+            BioscaraError: As the method of its name.
+        """
 
     @abstractmethod
     def _follow(
@@ -388,7 +405,7 @@ class ArmMethods(ABC):
 
     @reduced_speed.setter
     def reduced_speed(self, reduced_speed: bool) -> None:
-        self._do(tasks.SetReducedSpeed(reduced=reduced_speed))
+        self.do(tasks.SetReducedSpeed(reduced=reduced_speed))
 
     @property
     def scene(self) -> Scene:
@@ -425,7 +442,7 @@ class ArmMethods(ABC):
 
     @tool.setter
     def tool(self, tool: str | Tool) -> None:
-        self._do(tasks.SetTool(name=self.workspace.with_tool(tool).tool.name))
+        self.do(tasks.SetTool(name=self.workspace.with_tool(tool).tool.name))
 
     @property
     def frames(self) -> tuple[Frame, ...]:
@@ -447,9 +464,6 @@ class ArmMethods(ABC):
 
     # What the arm can be asked to do: a task each.
 
-    def _do(self, task: tasks.ArmTask) -> None:
-        self._begin(task, Conditions(), wait=True)
-
     def attach(self, load: Load) -> None:
         """Declare that the tool carries a load; nothing moves.
 
@@ -466,7 +480,7 @@ class ArmMethods(ABC):
                 is not homed is unknown: then this is not checked.
             BusyError: The arm or the jaws move.
         """
-        self._do(tasks.Attach(load=load))
+        self.do(tasks.Attach(load=load))
 
     def detach(self) -> None:
         """Declare that the tool carries nothing; nothing moves.
@@ -475,7 +489,7 @@ class ArmMethods(ABC):
             LifecycleError: No load is attached.
             BusyError: The arm or the jaws move.
         """
-        self._do(tasks.Detach())
+        self.do(tasks.Detach())
 
     def confirm_scene(self) -> None:
         """Declare that scene, tool and load are as the arm has them; nothing moves.
@@ -486,7 +500,7 @@ class ArmMethods(ABC):
         Raises:
             BusyError: The arm or the jaws move.
         """
-        self._do(tasks.ConfirmScene())
+        self.do(tasks.ConfirmScene())
 
     def enable(self) -> None:
         """Enable all joints at their positions; nothing moves.
@@ -497,7 +511,7 @@ class ArmMethods(ABC):
             BioscaraError: A joint was not enabled; all are released, and the error is latched as a
                 fault.
         """
-        self._do(tasks.Enable())
+        self.do(tasks.Enable())
 
     def disable(self) -> None:
         """Bring all joints to rest and disable them; they stay homed.
@@ -506,7 +520,7 @@ class ArmMethods(ABC):
             BusyError: The arm moves; :meth:`stop` ends that.
             HardwareError: A joint could not be stopped or disabled; call it again.
         """
-        self._do(tasks.Disable())
+        self.do(tasks.Disable())
 
     def acknowledge(self) -> tuple[ArmFault, ...]:
         """Acknowledge the faults once the arm is at rest and write their evidence; nothing moves.
@@ -516,7 +530,7 @@ class ArmMethods(ABC):
             OSError: The evidence cannot be written.
             BusyError: The arm moves.
         """
-        self._do(tasks.Acknowledge())
+        self.do(tasks.Acknowledge())
         return self.faults
 
     def recover(self) -> None:
@@ -527,7 +541,7 @@ class ArmMethods(ABC):
             BusyError: The arm moves.
             BioscaraError: A joint does not answer.
         """
-        self._do(tasks.Recover())
+        self.do(tasks.Recover())
 
     def home(
         self,
@@ -570,7 +584,7 @@ class ArmMethods(ABC):
             BioscaraError: As the drivers.
         """
         task = tasks.Home(joints, sensitivity, current)  # type: ignore[arg-type]  # checked there
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def move_joints(
         self,
@@ -601,7 +615,7 @@ class ArmMethods(ABC):
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def move_to(
         self,
@@ -636,7 +650,7 @@ class ArmMethods(ABC):
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def move_linear(
         self,
@@ -656,7 +670,7 @@ class ArmMethods(ABC):
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def move_relative(
         self,
@@ -694,7 +708,7 @@ class ArmMethods(ABC):
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def move_circular(
         self,
@@ -716,7 +730,7 @@ class ArmMethods(ABC):
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def move_named(
         self,
@@ -740,7 +754,7 @@ class ArmMethods(ABC):
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def unfold(
         self,
@@ -762,7 +776,7 @@ class ArmMethods(ABC):
         task = tasks.Unfold(
             velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def move_sequence(
         self,
@@ -780,7 +794,7 @@ class ArmMethods(ABC):
             velocity_scaling=velocity_scaling,
             acceleration_scaling=acceleration_scaling,
         )
-        return self._begin(task, Conditions(timeout, on_cycle), wait=wait)
+        return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def execute(
         self,

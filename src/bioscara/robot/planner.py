@@ -157,6 +157,17 @@ class Planner:
             )
         return taught.pose_tool_in_base
 
+    def arc_of(
+        self, via: Pose | str, pose: Pose | str, frame: str | None = None
+    ) -> tuple[Pose, Pose]:
+        """Return the point on an arc and its goal in the base; as :meth:`pose_of`.
+
+        The frame is that of what is given by numbers.
+        """
+        named = isinstance(via, str), isinstance(pose, str)
+        point = self.pose_of(via, None if named == (True, False) else frame, via=True)
+        return point, self.pose_of(pose, None if named == (False, True) else frame)
+
     def move_joints(
         self,
         positions: Sequence[float],
@@ -408,10 +419,7 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that arc.
             ZoneError: The path is not free.
         """
-        # The frame is that of what is given by numbers.
-        named = isinstance(via, str), isinstance(pose, str)
-        point = self.pose_of(via, None if named == (True, False) else frame, via=True)
-        goal = self.pose_of(pose, None if named == (False, True) else frame)
+        point, goal = self.arc_of(via, pose, frame)
         here = self._start_of_path()
         tool, limits = (
             self._tool_limits(acceleration_scaling),

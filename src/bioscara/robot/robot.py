@@ -33,7 +33,7 @@ from bioscara.robot.operations.motions.jog import Jog, Velocity
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.simulated_faults import simulate_fault
-from bioscara.robot.tasks.task import Conditions
+from bioscara.robot.tasks.task import Conditions, require_task
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
 
@@ -92,7 +92,7 @@ class Robot(ArmMethods):
         session = ArmSession(bus, clock, parameters, driver, rate=rate, evidence=evidence)
         workspace = Workspace.of(parameters, reduced_speed=reduced_speed)
         self._arm = Arm(session, workspace, pace_homing=pace_homing, pace_motion=pace_motion)
-        self.gripper = RobotGripper(self._begin, self._jaws)
+        self.gripper = RobotGripper(self.do, self._jaws)
 
     @classmethod
     def simulated(
@@ -368,8 +368,16 @@ class Robot(ArmMethods):
         )
         return self._carry_out(operation, wait)
 
-    def _begin(self, task: tasks.ArmTask, conditions: Conditions, *, wait: bool) -> Operation[Any]:
-        return self._carry_out(task.operation(self._arm, conditions), wait)
+    def do(
+        self,
+        task: tasks.ArmTask,
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[Any]:
+        require_task(task)
+        return self._carry_out(task.operation(self._arm, Conditions(timeout, on_cycle)), wait)
 
     def _carry_out(self, operation: Operation[Any], wait: bool) -> Operation[Any]:
         if flag("wait", wait):

@@ -11,15 +11,21 @@ from bioscara.robot import tasks
 from bioscara.robot.operations.motions.grasp import OPENING, SQUEEZE
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.operations.running import Running
-from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.load import Load
 
 
-class Begin(Protocol):
-    """Begins a task of a robot."""
+class Do(Protocol):
+    """Carries out a task of a robot, as ``ArmMethods.do``."""
 
-    def __call__(self, task: tasks.ArmTask, conditions: Conditions, *, wait: bool) -> Running[Any]:
-        """Begin it, and wait for its end if ``wait`` is set."""
+    def __call__(
+        self,
+        task: tasks.ArmTask,
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Running[Any]:
+        """Carry it out."""
 
 
 class RobotGripper:
@@ -30,14 +36,14 @@ class RobotGripper:
     arm moves.
 
     Args:
-        begin: Begins a task and waits for its end, unless it is told not to.
+        do: Carries out a task.
         jaws: Returns the commanded width of the jaws, and those that they may have [m].
     """
 
-    __slots__ = ("_begin", "_jaws")
+    __slots__ = ("_do", "_jaws")
 
-    def __init__(self, begin: Begin, jaws: Callable[[], tuple[float, tuple[float, float]]]) -> None:
-        self._begin, self._jaws = begin, jaws
+    def __init__(self, do: Do, jaws: Callable[[], tuple[float, tuple[float, float]]]) -> None:
+        self._do, self._jaws = do, jaws
 
     def __repr__(self) -> str:
         width = self.width
@@ -67,7 +73,7 @@ class RobotGripper:
             FaultedError: A fault is latched.
             BusyError: The jaws move.
         """
-        self._begin(tasks.EnableGripper(), Conditions(), wait=True)
+        self._do(tasks.EnableGripper())
 
     def disable(self) -> None:
         """Release the servo; a held object may fall.
@@ -75,7 +81,7 @@ class RobotGripper:
         Raises:
             BusyError: The jaws move.
         """
-        self._begin(tasks.DisableGripper(), Conditions(), wait=True)
+        self._do(tasks.DisableGripper())
 
     def move(
         self,
@@ -104,19 +110,19 @@ class RobotGripper:
             LifecycleError: The jaws hold a load; :meth:`release` it.
             BusyError: The jaws move, or the arm does so in a motion that was not planned.
         """
-        return self._begin(tasks.MoveGripper(width), Conditions(timeout, on_cycle), wait=wait)
+        return self._do(tasks.MoveGripper(width), timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def open(
         self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
     ) -> Running[GripperResult]:
         """Move the jaws to their largest width; keyword arguments and errors as :meth:`move`."""
-        return self._begin(tasks.OpenGripper(), Conditions(timeout, on_cycle), wait=wait)
+        return self._do(tasks.OpenGripper(), timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def close(
         self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
     ) -> Running[GripperResult]:
         """Move the jaws to their smallest width; keyword arguments and errors as :meth:`move`."""
-        return self._begin(tasks.CloseGripper(), Conditions(timeout, on_cycle), wait=wait)
+        return self._do(tasks.CloseGripper(), timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def grasp(
         self,
@@ -149,9 +155,8 @@ class RobotGripper:
             BusyError: The jaws or the arm move.
             GripperError, MotionCancelledError: As :meth:`move`.
         """
-        return self._begin(
-            tasks.Grasp(load, width, squeeze), Conditions(timeout, on_cycle), wait=wait
-        )
+        task = tasks.Grasp(load, width, squeeze)
+        return self._do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def release(
         self,
@@ -179,4 +184,4 @@ class RobotGripper:
             BusyError: The jaws or the arm move.
             GripperError, MotionCancelledError: As :meth:`move`.
         """
-        return self._begin(tasks.Release(opening), Conditions(timeout, on_cycle), wait=wait)
+        return self._do(tasks.Release(opening), timeout=timeout, on_cycle=on_cycle, wait=wait)

@@ -320,7 +320,6 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
         assert abs(speeds[-1]) < 1e-6
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("words", [[], ["--v1"]])
 def test_simulate_serves_from_its_message_until_a_signal(
     words: list[str],
@@ -329,7 +328,7 @@ def test_simulate_serves_from_its_message_until_a_signal(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     path = tmp_path / "arm.sock"
-    process = start("-m", "bioscara", "simulate", "--socket", str(path), *words)
+    process = start("-m", "bioscara", "simulate", "--socket", str(path), *words, cold=True)
     assert process.stdout
     assert process.stdout.readline().endswith(f"--bus sim:{path}\n")
     assert main(["joints", "--bus", f"sim:{path}"]) == 0

@@ -61,7 +61,6 @@ def test_the_demo_homes_follows_and_reports(
     assert homed == sorted(homed)
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize(
     ("words", "marker"), [(("--realtime",), "homing j2"), ((), "  approach"), ((), "  trajectory")]
 )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.options import START
+from bioscara.cli.shared_arguments import START
 from bioscara.kinematics import Joints
 from bioscara.planning import read, write_csv
 from bioscara.planning.files.scene_file import read_scene
@@ -149,16 +149,6 @@ def test_without_matplotlib_every_command_says_what_to_install(
     out, err = capsys.readouterr()
     assert out == ""
     assert "pip install 'bioscara[plot]'" in err
-
-
-@pytest.mark.parametrize("words", ["--from 0 0.2 0 0", "--scene start.yaml"])
-def test_options_of_a_picture_are_refused_without_one(
-    words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["poses", "show", "plate", *words.split()])
-    assert caught.value.code == 2
-    assert "add --plot" in capsys.readouterr().err
 
 
 def test_an_arm_is_not_moved_into_a_zone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli.output.console import Output
+from bioscara.cli.output.display import PlainView, make_view
 from bioscara.cli.output.live_table import TableView
-from bioscara.cli.output.live_view import PlainView, make_view, state_word
+from bioscara.cli.output.live_view import state_word
 from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
 from bioscara.protocol import Flags

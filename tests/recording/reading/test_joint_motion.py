@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 from bioscara.cli.view_source import viewed_from
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters

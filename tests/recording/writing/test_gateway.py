@@ -24,8 +24,8 @@ NAME = "both"
 def test_the_end_of_the_last_goal_is_recorded_when_the_owner_is_ended(
     start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
-    words = ("serve", "--name", NAME, "--with", "record", "--speed", "10")
-    owner = start("-m", "bioscara", *words, env=environment(), cwd=tmp_path)
+    words = ("serve", "--name", NAME, "--with", "record", "--real-time-factor", "10")
+    owner = start("-m", "bioscara", *words, cold=True, env=environment(), cwd=tmp_path)
     wait_for_line(owner, f"{NAME} is served")
     folder = tmp_path / "recordings"
     wait_until(lambda: any(folder.glob("*.mcap")), "the recorder begins")

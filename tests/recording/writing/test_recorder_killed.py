@@ -23,7 +23,7 @@ LOST = 1.0
 
 def _recorder(start: Callable[..., subprocess.Popen[str]], out: Path) -> subprocess.Popen[str]:
     words = ("-m", "bioscara", "record", "--arm", NAME, "--out", str(out))
-    process = start(*words, env=environment())
+    process = start(*words, cold=True, env=environment())
     wait_for_line(process, "recording ")
     return process
 

@@ -9,9 +9,8 @@ import time
 from collections.abc import Callable
 from types import FrameType
 
-from tests.system.observed_arm import START
-
 from bioscara import BioscaraError, Operation, Robot
+from system.observed_arm import START
 
 THERE = (-1.0, 0.22, 0.5, 0.0)
 SLOW = 0.4

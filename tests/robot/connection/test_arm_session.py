@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.robot.operations.test_arbiter import NEAR, Gate, Other, Scene
 
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
@@ -25,6 +24,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Flags
 from bioscara.sim import SimulatedArm
 from flight_records import read_record
+from robot.operations.test_arbiter import NEAR, Gate, Other, Scene
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)

@@ -13,14 +13,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from tests.robot.connection import ended_program
-from tests.system.observed_arm import at_rest, energised, truth
 
 from bioscara import Robot
 from bioscara.robot.connection import exit_guard
 from processes import LIMIT, environment, running, wait_for_line, wait_until
-
-pytestmark = pytest.mark.realtime
+from robot.connection import ended_program
+from system.observed_arm import at_rest, energised, truth
 
 ROOT = Path(__file__).parents[3]
 RESTING = 0.1
@@ -55,6 +53,7 @@ def begin(start: Start, arm: Path, folder: Path) -> Callable[..., subprocess.Pop
             ended_program.__name__,
             kind,
             str(arm),
+            cold=True,
             cwd=folder,
             env=environment(TMPDIR=str(folder)),
             stderr=subprocess.PIPE,

@@ -15,7 +15,6 @@ from types import FrameType
 from typing import Any, TypeVar
 
 import pytest
-from tests.robot.operations.test_arbiter import GOAL, LONG, START, Gate, Other, Scene
 
 from bioscara import Robot
 from bioscara.errors import (
@@ -42,6 +41,7 @@ from bioscara.robot.operations.motions.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.running import Status
 from bioscara.sim import FirmwareBus, SimulatedArm
+from robot.operations.test_arbiter import GOAL, LONG, START, Gate, Other, Scene
 from simulated import NEAR
 
 ARM = load_parameters()

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from hypothesis import strategies as st
 
+from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX
+from bioscara.robot import tasks as t
 from bioscara.robot.sequences import steps as s
+from bioscara.robot.tasks.forms import LoadForm
 
 NAMES = st.one_of(
     st.from_regex(r"[A-Za-z][A-Za-z0-9_-]{0,20}", fullmatch=True),
@@ -16,22 +21,29 @@ TITLES = st.text(max_size=30).filter(str.isprintable) | st.sampled_from(
 )
 _ANGLES, _LENGTHS = st.floats(-ANGLE_MAX, ANGLE_MAX), st.floats(-10.0, 10.0)
 _WIDTHS, _SHARES = st.floats(0.0, 1.0), st.floats(1e-3, 1.0)
-_PLACES = st.builds(s.Place, x=_LENGTHS, y=_LENGTHS, z=_LENGTHS, yaw=_ANGLES)
-_JOINTS = st.builds(s.JointPositions, j1=_ANGLES, j2=_LENGTHS, j3=_ANGLES, j4=_ANGLES)
+_PLACES = st.builds(Pose, _LENGTHS, _LENGTHS, _LENGTHS, _ANGLES)
+_JOINTS = st.builds(Joints, _ANGLES, _LENGTHS, _ANGLES, _ANGLES)
 _FRAMES = st.none() | NAMES
 
 
-def _targets(kind: type[s.Step], **more: st.SearchStrategy) -> st.SearchStrategy:
-    return st.builds(kind, pose=_PLACES, frame=_FRAMES, speed=_SHARES, **more) | st.builds(
-        kind, name=NAMES, speed=_SHARES, **more
-    )
+def _targets(
+    kind: type[t.MoveTo | t.MoveLinear | t.MoveCircular], **more: st.SearchStrategy[Any]
+) -> st.SearchStrategy[Any]:
+    return st.builds(
+        kind, pose=_PLACES, frame=_FRAMES, velocity_scaling=_SHARES, **more
+    ) | st.builds(kind, pose=NAMES, velocity_scaling=_SHARES, **more)
+
+
+def _corners(low: int, high: int) -> st.SearchStrategy[tuple[float, float, float]]:
+    """Return corners in whole millimetres: a file has them as they were given."""
+    return st.tuples(*[st.integers(low, high).map(lambda mm: mm / 1e3)] * 3)
 
 
 _LOADS = st.builds(
-    s.LoadBox,
+    lambda **values: LoadForm(**values).made(),
     name=NAMES,
-    lower=st.tuples(*[st.floats(-0.1, -0.01)] * 3),
-    upper=st.tuples(*[st.floats(0.01, 0.1)] * 3),
+    lower=_corners(-100, -10),
+    upper=_corners(10, 100),
     yaw=_ANGLES,
     mass=st.floats(0.0, 10.0),
     touches=st.lists(
@@ -40,55 +52,63 @@ _LOADS = st.builds(
     max_speed=st.none() | st.floats(1e-3, 1.0),
 )
 PATHS = (
-    _targets(s.LineStep) | _targets(s.ArcStep, via=_PLACES) | _targets(s.ArcStep, via_name=NAMES)
+    _targets(t.MoveLinear)
+    | _targets(t.MoveCircular, via=_PLACES)
+    | st.builds(t.MoveCircular, pose=NAMES, via=NAMES, velocity_scaling=_SHARES)
 )
 STEPS = st.one_of(
-    st.builds(s.JointsStep, joints=_JOINTS, speed=_SHARES),
-    st.builds(s.NamedStep, name=NAMES, speed=_SHARES),
-    _targets(s.PointToPointStep),
+    st.builds(
+        t.MoveJoints,
+        positions=_JOINTS,
+        velocity_scaling=_SHARES,
+        acceleration_scaling=_SHARES | st.just(1.0),
+    ),
+    st.builds(t.MoveNamed, name=NAMES, velocity_scaling=_SHARES),
+    _targets(t.MoveTo),
     PATHS,
-    st.builds(s.GripperStep, width=_WIDTHS),
-    st.builds(s.OpenStep),
-    st.builds(s.CloseStep),
-    st.builds(s.GraspStep, load=_LOADS, width=st.none() | _WIDTHS, squeeze=st.none() | _WIDTHS),
-    st.builds(s.ReleaseStep, opening=st.none() | _WIDTHS),
-    st.builds(s.WaitStep, seconds=st.floats(0.0, 3600.0)),
-)
+    st.builds(t.MoveRelative, x=_LENGTHS, yaw=_ANGLES),
+    st.just(t.Unfold()),
+    st.builds(t.MoveGripper, width=_WIDTHS),
+    st.just(t.OpenGripper()),
+    st.just(t.CloseGripper()),
+    st.builds(t.Grasp, load=_LOADS, width=st.none() | _WIDTHS, squeeze=_WIDTHS),
+    st.builds(t.Release, opening=_WIDTHS),
+    st.builds(s.Wait, seconds=st.floats(0.0, 3600.0)),
+).map(s.Step)
 
 
 @st.composite
 def sequences(draw: st.DrawFn) -> s.StepSequence:
     steps = draw(st.lists(STEPS, min_size=1, max_size=6))
     # A blend needs a path after it.
-    first = draw(st.builds(s.LineStep, pose=_PLACES, blend=st.floats(1e-4, 1.0), speed=_SHARES))
+    first = st.builds(t.MoveLinear, pose=_PLACES, velocity_scaling=_SHARES)
     if draw(st.booleans()):
-        steps = [first, draw(PATHS), *steps]
+        joined = s.Step(draw(first), draw(st.floats(1e-4, 1.0)))
+        steps = [joined, s.Step(draw(PATHS)), *steps]
     return s.StepSequence(title=draw(TITLES), tool=draw(NAMES), steps=tuple(steps))
 
 
-def place(x: float, y: float, z: float, yaw: float = 0.0) -> s.Place:
-    return s.Place(x=x, y=y, z=z, yaw=yaw)
-
-
+PLATE = LoadForm(name="plate", lower=(-0.03, -0.04, -0.01), upper=(0.03, 0.04, 0.003)).made()
 EACH_KIND = s.StepSequence(
     title='each kind of step, "once"',
     steps=(
-        s.NamedStep(name="center", speed=0.9),
-        s.JointsStep(joints=s.JointPositions(j1=-0.6, j2=0.2, j3=1.2, j4=-0.6)),
-        s.LineStep(pose=place(0.45, -0.1, 0.25), blend=0.02),
-        s.LineStep(pose=place(0.15, 0.1, 0.05), frame="bench", blend=0.02, speed=0.5),
-        s.ArcStep(pose=place(0.55, 0.1, 0.25), via=place(0.5, 0.15, 0.25)),
-        s.LineStep(name="gate", speed=0.8),
-        s.OpenStep(),
-        s.GraspStep(
-            load=s.LoadBox(name="plate", lower=(-0.03, -0.04, -0.01), upper=(0.03, 0.04, 0.003))
-        ),
-        s.ArcStep(name="gate2", via_name="between"),
-        s.ReleaseStep(opening=0.005),
-        s.GripperStep(width=0.06),
-        s.CloseStep(),
-        s.WaitStep(seconds=0.01),
-        s.PointToPointStep(pose=place(0.5, -0.1, 0.2)),
+        t.MoveNamed(name="center", velocity_scaling=0.9),
+        t.MoveJoints(positions=(-0.6, 0.2, 1.2, -0.6)),
+        s.Step(t.MoveLinear(pose=Pose(0.45, -0.1, 0.25)), 0.02),
+        s.Step(t.MoveLinear(pose=Pose(0.15, 0.1, 0.05), frame="bench", velocity_scaling=0.5), 0.02),
+        t.MoveCircular(pose=Pose(0.55, 0.1, 0.25), via=Pose(0.5, 0.15, 0.25)),
+        t.MoveLinear(pose="gate", velocity_scaling=0.8),
+        t.OpenGripper(),
+        t.Grasp(PLATE),
+        t.MoveCircular(pose="gate2", via="between"),
+        t.Release(0.005),
+        t.MoveGripper(0.06),
+        t.CloseGripper(),
+        s.Wait(0.01),
+        t.MoveTo(pose=Pose(0.5, -0.1, 0.2)),
+        t.MoveRelative(z=0.01),
+        t.Unfold(),
+        t.MoveTo(pose=Pose(0.5, -0.1, 0.2)),
     ),
 )
 """Begins anywhere; needs the poses and the frame of :data:`TABLE`."""

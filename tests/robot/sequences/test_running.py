@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -14,18 +15,20 @@ from bioscara import Frame, NamedPose, Pose, Robot, TeachTable, Tool, load_table
 from bioscara.errors import InvalidArgumentError, MotionCancelledError, UnreachableError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
-from bioscara.robot.sequences.calls import call_of
+from bioscara.robot.arm_methods import ArmMethods
+from bioscara.robot.planner import Planner
+from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.sequences.dry_run import dry_run, joined
 from bioscara.robot.sequences.running import run_sequence
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import read_sequence
-from bioscara.robot.sequences.steps import LineStep, NamedStep, StepSequence, WaitStep
+from bioscara.robot.sequences.steps import Step, StepSequence, Wait
+from bioscara.robot.tasks import Home, MoveLinear, MoveNamed
 from bioscara.robot.workspace.workspace import Workspace
-from robot.sequences.samples import EACH_KIND, TABLE, place, sequences
+from robot.sequences.samples import EACH_KIND, TABLE, sequences
 
 START = Joints(0.3, 0.2, 0.8, -0.5)
 END = 0.5, -0.1, 0.2, 0.0
-FULL = ("velocity_scaling", 1.0)
 
 pytestmark = pytest.mark.usefixtures("near_the_stops")
 
@@ -46,8 +49,8 @@ def space(table: Path) -> Workspace:
 def test_a_dry_run_has_a_verdict_on_each_step_and_its_duration(space: Workspace) -> None:
     verdicts = [*dry_run(EACH_KIND, space, START)]
     assert [verdict.error for verdict in verdicts] == [None] * len(verdicts)
-    assert sum(len(verdict.call.steps) for verdict in verdicts) == len(EACH_KIND.steps)
-    assert verdicts[2].call.label == "3-5 move_linear, move_circular"
+    assert sum(len(verdict.run.steps) for verdict in verdicts) == len(EACH_KIND.steps)
+    assert verdicts[2].run.label == "3-5 move_linear, move_circular"
     whole = joined(verdicts)
     assert whole is not None
     last = next(each.duration for each in reversed(verdicts) if each.trajectory is not None)
@@ -57,9 +60,9 @@ def test_a_dry_run_has_a_verdict_on_each_step_and_its_duration(space: Workspace)
 
 
 def test_a_dry_run_ends_at_the_first_refused_step_and_names_it(space: Workspace) -> None:
-    path = [LineStep(pose=place(0.45, y, 0.25), blend=0.01) for y in (-0.1, 0.1)]
-    far = LineStep(pose=place(2.0, 0.1, 0.25))
-    home = NamedStep(name="gate")
+    path = [Step(MoveLinear(pose=Pose(0.45, y, 0.25)), 0.01) for y in (-0.1, 0.1)]
+    far = MoveLinear(pose=Pose(2.0, 0.1, 0.25))
+    home = MoveNamed(name="gate")
     verdicts = [*dry_run(StepSequence(steps=(home, *path, far, home)), space, START)]
     assert [verdict.error is None for verdict in verdicts] == [True, False]
     assert isinstance(verdicts[1].error, UnreachableError)
@@ -69,13 +72,13 @@ def test_a_dry_run_ends_at_the_first_refused_step_and_names_it(space: Workspace)
 @pytest.mark.parametrize(
     ("sequence", "text"),
     [
-        (StepSequence(steps=(NamedStep(name="gaet"),)), "step 1: there is no pose 'gaet'; did you"),
+        (StepSequence(steps=(MoveNamed(name="gaet"),)), "step 1: there is no pose 'gaet'; did you"),
         (
-            StepSequence(steps=(WaitStep(seconds=0.0), LineStep(pose=place(0, 0, 0), frame="b"))),
+            StepSequence(steps=(Wait(seconds=0.0), MoveLinear(pose=Pose(0, 0, 0), frame="b"))),
             "step 2: there is no frame 'b'; ",
         ),
         (
-            StepSequence(tool="needle", steps=(WaitStep(seconds=0.0),)),
+            StepSequence(tool="needle", steps=(Wait(seconds=0.0),)),
             "is for tool needle, the arm",
         ),
     ],
@@ -93,11 +96,11 @@ def test_the_example_can_be_carried_out() -> None:
     sequence = read_sequence(Path(__file__).parents[3] / "examples/sequence.yaml")
     verdicts = [*dry_run(sequence, Workspace.of(load_parameters()), START)]
     assert [verdict.error for verdict in verdicts] == [None] * len(verdicts)
-    assert any(len(verdict.call.steps) == 4 for verdict in verdicts)
+    assert any(len(verdict.run.steps) == 4 for verdict in verdicts)
 
 
 def test_nothing_moves_if_a_later_step_is_refused() -> None:
-    sequence = StepSequence(steps=(NamedStep(name="center"), LineStep(pose=place(2.0, 0.0, 0.3))))
+    sequence = StepSequence(steps=(MoveNamed(name="center"), MoveLinear(pose=Pose(2.0, 0.0, 0.3))))
     with Robot.simulated() as robot:
         robot.home()
         before = robot.state.positions
@@ -111,11 +114,11 @@ def test_a_sequence_is_carried_out(table: Path) -> None:
     with Robot.simulated() as robot:
         robot.home()
         robot.table = load_table(table, robot.table.fingers)
-        run_sequence(robot, EACH_KIND, on_step=lambda call: seen.append(call.label))
+        run_sequence(robot, EACH_KIND, on_step=lambda run: seen.append(run.label))
         assert robot.pose == pytest.approx(END, abs=1e-3)
         assert robot.load is None
     assert seen[:3] == ["1 move_named", "2 move_joints", "3-5 move_linear, move_circular"]
-    assert len(seen) == 12
+    assert len(seen) == 15
 
 
 def test_a_stop_ends_a_wait_and_the_steps_after_it() -> None:
@@ -125,7 +128,7 @@ def test_a_stop_ends_a_wait_and_the_steps_after_it() -> None:
         asked.append(None)
         return len(asked) > 2
 
-    sequence = StepSequence(steps=(WaitStep(seconds=60.0), NamedStep(name="center")))
+    sequence = StepSequence(steps=(Wait(seconds=60.0), MoveNamed(name="center")))
     with Robot.simulated() as robot:
         robot.home()
         with pytest.raises(MotionCancelledError, match="in the wait of step 1"):
@@ -145,10 +148,11 @@ def test_each_script_is_a_program_that_imports_what_it_uses(sequence: StepSequen
 
 
 class Recording:
-    """A robot that notes each call, and has any tool; its poses and frames are those of a table."""
+    """A robot that notes each task, and has any tool; its poses and frames are those of a table."""
 
-    def __init__(self, space: Workspace, made: list[tuple[object, ...]], prefix: str = "") -> None:
-        self._space, self._made, self._prefix = space, made, prefix
+    def __init__(self, space: Workspace, made: list[object]) -> None:
+        self._space, self._made = space, made
+        self.gripper = RobotGripper(self.do, lambda: (0.0, (0.0, 0.0)))
 
     def __enter__(self) -> Recording:
         return self
@@ -164,23 +168,26 @@ class Recording:
     def tool(self, name: str) -> None:
         self._space = self._space.with_tool(name)
 
+    @property
+    def plan(self) -> Planner:
+        return Planner(self._space, lambda: START)
+
+    def do(self, task: object, **_: object) -> None:
+        self._made.append(task)
+
     def __getattr__(self, name: str) -> object:
-        if name in {"table", "kinematics"}:
-            return getattr(self._space, name)
-        if name == "frame":
-            return self._space.table.frame
-        if name == "gripper":
-            return Recording(self._space, self._made, "gripper.")
-        return lambda *given, **named: self._made.append((self._prefix + name, given, named))
+        if name == "table":
+            return self._space.table
+        return partial(getattr(ArmMethods, name), self)
 
 
 def named_in(sequence: StepSequence) -> Workspace:
     """Return a workspace that has the tool, and each pose and frame that a sequence names."""
     empty = Workspace.of(load_parameters())
-    names = {
-        getattr(step, field, None) for step in sequence.steps for field in ("name", "via_name")
-    }
-    frames = {getattr(step, "frame", None) for step in sequence.steps}
+    fields = ("name", "pose", "via")
+    given = {getattr(step.task, field, None) for step in sequence.steps for field in fields}
+    names = {each for each in given if isinstance(each, str)}
+    frames = {getattr(step.task, "frame", None) for step in sequence.steps}
     tool = (
         empty.tool if sequence.tool == "fingers" else Tool(sequence.tool, Pose(0.0, 0.0, -0.1), 0.1)
     )
@@ -189,7 +196,7 @@ def named_in(sequence: StepSequence) -> Workspace:
         () if tool is empty.tool else (tool,),
         tuple(
             NamedPose(name, None, Pose(0.4, 0.01 * index, 0.2), sequence.tool)
-            for index, name in enumerate(sorted(names - {None, "center"}))
+            for index, name in enumerate(sorted(names - {"center"}))
         ),
         tuple(
             Frame(name, Pose(0.3, 0.01 * index, 0.1, 0.5))
@@ -200,36 +207,30 @@ def named_in(sequence: StepSequence) -> Workspace:
 
 
 @given(sequences(), st.data())
-def test_the_calls_of_each_script_are_those_of_its_steps(
+def test_a_script_asks_for_the_tasks_of_its_steps(
     sequence: StepSequence, data: st.DataObject
 ) -> None:
     first = data.draw(st.integers(0, len(sequence.steps) - 1))
     last = data.draw(st.none() | st.integers(first + 1, len(sequence.steps)))
     space = named_in(sequence)
-    made: list[tuple[object, ...]] = []
+    made: list[object] = []
     fingers = Workspace.of(load_parameters()).with_table(space.table)
     robot = Recording(fingers, made)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bioscara.Robot.simulated", lambda: robot)
-        patch.setattr("time.sleep", lambda *given: made.append(("sleep", given, {})))
+        patch.setattr("time.sleep", lambda seconds: made.append(Wait(seconds)))
         patch.setattr(sys, "argv", ["script.py"])
         exec(to_script(sequence, first, last), {"__name__": "__main__"})
-    expected: list[tuple[object, ...]] = [("home", (), {})]
-    for begin, run in sequence.runs(first, last):
-        call = call_of(begin, run, space)
-        # The share of the speed limits is written where it is not all of them.
-        named = {key: value for key, value in call.keywords.items() if (key, value) != FULL}
-        given = [list(each) if isinstance(each, Joints) else each for each in call.arguments]
-        expected.append((call.method, tuple(given), named))
+    runs, planner = sequence.runs(first, last), Planner(space, lambda: START)
     assert robot.tool == space.tool
-    assert made == expected
+    assert made == [Home(), *(run.task(planner) for run in runs)]
 
 
 def test_a_script_is_refused_where_another_tool_is_mounted(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    other = named_in(StepSequence(tool="needle", steps=(WaitStep(seconds=0.0),)))
-    made: list[tuple[object, ...]] = []
+    other = named_in(StepSequence(tool="needle", steps=(Wait(seconds=0.0),)))
+    made: list[object] = []
     monkeypatch.setattr("bioscara.Robot.simulated", lambda: Recording(other, made))
     monkeypatch.setattr(sys, "argv", ["script.py"])
     with pytest.raises(SystemExit, match="the sequence is for tool fingers, the arm has needle"):

@@ -23,11 +23,11 @@ FILE = """\
 schema: 1
 title: plate
 steps:
-- {kind: move_named, name: above, speed: 0.5}
+- {kind: move_named, name: above, velocity_scaling: 0.5}
 - kind: move_linear
   pose: {x: 0.0, y: 0.05, z: 0.011, yaw: 0.0}
-  speed: 0.3
-- {kind: gripper_move, width: 0.08}
+  velocity_scaling: 0.3
+- {kind: move_gripper, width: 0.08}
 - {kind: wait, seconds: 0.5}
 ...
 """
@@ -58,7 +58,21 @@ def test_a_file_is_written_whole_and_recognised(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [
-        ("speed: 0.3", "speed: 3", "line 7: steps[1].speed: 3 is outside 0.001 .. 1"),
+        (
+            "velocity_scaling: 0.3",
+            "velocity_scaling: 3",
+            "line 7: steps[1].velocity_scaling: 3.0 is outside 0.001 .. 1; it is a",
+        ),
+        (
+            "velocity_scaling: 0.3",
+            "speed: 0.3",
+            "line 7: steps[1].speed is called velocity_scaling now",
+        ),
+        (
+            "kind: move_gripper",
+            "kind: gripper_move",
+            "steps[2]: the kind gripper_move is called move_gripper now",
+        ),
         (
             "width:",
             "widht:",
@@ -70,13 +84,24 @@ def test_a_file_is_written_whole_and_recognised(tmp_path: Path) -> None:
             "line 9: steps[3]: there is no kind 'wiat'; did you mean wait?",
         ),
         ("kind: wait, ", "", "line 9: steps[3]: it needs a kind; there are move_joints,"),
-        ("speed: 0.3", "blend: 0.1", "line 7: steps[1].blend: 0.1 m, but the next step is no line"),
-        ("speed: 0.3", "blend: 1e-9", "steps[1].blend: 1e-09 m is below 0.0001 m; 0 rests"),
-        ("speed: 0.3", "name: plate", "steps[1].pose: give a pose, or the name of one"),
-        ("name: above", "name: 2", "line 4: steps[0].name: 2 is not a valid name"),
-        ("name: above", "name: 2x", "steps[0].name: '2x': a name begins with a letter"),
-        ("x: 0.0", "x: 50", "line 6: steps[1].pose.x: 50 is outside -10 .. 10 m"),
-        ("x: 0.0", "x: .nan", "steps[1].pose.x: nan is outside -10 .. 10 m"),
+        (
+            "velocity_scaling: 0.3",
+            "blend: 0.1",
+            "line 7: steps[1].blend: 0.1 m, but the next step is no line",
+        ),
+        (
+            "velocity_scaling: 0.3",
+            "blend: 1e-9",
+            "blend: 1e-09 m is below 0.0001 m; 0 rests",
+        ),
+        ("velocity_scaling: 0.3", "name: plate", "steps[1].name is called pose now"),
+        ("name: above", "name: 2", "line 4: steps[0].name is 2; give a text"),
+        (
+            "x: 0.0",
+            "x: 50",
+            "line 6: steps[1].pose.x: 50 m is outside -10 .. 10 m; are these",
+        ),
+        ("x: 0.0", "x: .nan", "steps[1].pose.x is nan, which is not a finite number"),
         ("...\n", "", "line 10: the file is truncated: it does not end with a line '...'"),
         ("schema: 1", "schema: 2", "schema: 2 cannot be read; this version of bioscara reads 1"),
         ("schema: 1\n", "", "line 1: schema is missing; begin with 'schema: 1'"),
@@ -92,7 +117,7 @@ def test_a_file_is_refused_with_its_line(old: str, new: str, text: str) -> None:
 
 
 def test_no_and_too_many_steps_are_refused() -> None:
-    step = {"kind": "gripper_open"}
+    step = {"kind": "open_gripper"}
     assert len(sequence_of({"steps": [step] * STEPS_MAX}).steps) == STEPS_MAX
     with pytest.raises(ConfigurationError, match="201 steps, at most 200"):
         sequence_of({"steps": [step] * (STEPS_MAX + 1)})
@@ -101,7 +126,7 @@ def test_no_and_too_many_steps_are_refused() -> None:
 
 
 def test_a_refused_value_of_a_browser_has_the_number_of_the_step() -> None:
-    with pytest.raises(ConfigurationError, match=r"^step 2 seconds: -1 is outside 0 .. 3600 s$"):
-        sequence_of({"steps": [{"kind": "gripper_open"}, {"kind": "wait", "seconds": -1}]})
+    with pytest.raises(ConfigurationError, match=r"^step 2 seconds: -1 s is outside 0 .. 3600 s$"):
+        sequence_of({"steps": [{"kind": "open_gripper"}, {"kind": "wait", "seconds": -1}]})
     with pytest.raises(ConfigurationError, match=r"^schema 7 cannot be read"):
         sequence_of({"schema": 7, "steps": []})

@@ -8,12 +8,12 @@ from itertools import product
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.robot.workspace.test_frames import POSES, same
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.grids import Grid
+from robot.workspace.test_frames import POSES, same
 
 PLATE = Grid(Frame("plate", Pose(0.3, 0.1, 0.02)), 8, 12, 0.009, 0.009)
 PITCHES = st.floats(0.03, 0.1)

@@ -15,7 +15,7 @@ from ros.bringup_controllers import VELOCITY, clear, ended, energise, follow, go
 from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
 from served import HALF, NAME
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 
 
 @pytest.fixture(autouse=True)

@@ -22,7 +22,7 @@ from ros.bringup_controllers import (
 from ros.rig import ABORTED, CANCELED, MANAGER, SUCCEEDED, Rig, Ros, rig
 from simulated import ARM
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 JAWS = "bioscara_gripper_128"
 STREAM = "stream_controller"
 

@@ -19,7 +19,7 @@ from ros.bringup_controllers import (
 )
 from ros.rig import MANAGER, Rig, Ros, manager_type
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 FORWARD = "forward_command_controller/ForwardCommandController"
 
 
@@ -297,13 +297,6 @@ def test_rule_57_hardware_that_goes_down_takes_its_controllers_along(ros: Ros) -
         if each["name"] == "gripper/position"
     ]
     assert not interface["is_available"]
-
-
-def test_an_unspawner_deactivates_strictly_and_unloads(ros: Ros) -> None:
-    ros.spawn(BROADCASTER)
-    assert ros.switch((), [BROADCASTER])["ok"]
-    assert ros.manager("unload_controller", name=BROADCASTER)["ok"]
-    assert ros.states() == {}
 
 
 def test_controller_libraries_are_reloaded_once_no_controller_is_loaded(ros: Ros) -> None:

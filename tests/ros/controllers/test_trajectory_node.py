@@ -25,7 +25,7 @@ from ros.bringup_controllers import (
 from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
 from served import HALF
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.ros
 TRAJECTORY = "trajectory_msgs/JointTrajectory"
 STATE = "control_msgs/JointTrajectoryControllerState"
 
@@ -48,6 +48,7 @@ def state_now(ros: Ros) -> dict[str, object]:
     return state
 
 
+@pytest.mark.path
 def test_rule_32_and_35_a_goal_succeeds_with_feedback_and_within_50_ms(following: Ros) -> None:
     ros = following
     go_home(ros)

@@ -47,7 +47,6 @@ from served import NAME, RawClient, arm_served, eventually, good_client_works, m
 LATE = 0.1
 """Delay of a control cycle that no client may cause [s]; joints count on setpoints for longer."""
 OTHER_USER = 65534
-pytestmark = pytest.mark.realtime
 
 
 @pytest.fixture(scope="module")
@@ -307,6 +306,7 @@ def test_control_characters_of_a_name_are_not_passed_on(served: Served) -> None:
         assert event.client.isprintable()
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("command", [m.GetState(), m.ListControllers(), m.GetDescription()])
 def test_thousands_of_requests_without_reading_delay_no_other_client(
     served: Served, command: m.AnyCommand

@@ -122,7 +122,6 @@ def test_a_motion_that_may_finish_goes_on_when_its_client_releases_the_lease(arm
         operation.result()
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_to_a_command_is_one_stop(
     number: int, start: Callable[..., subprocess.Popen[str]], tmp_path: Path

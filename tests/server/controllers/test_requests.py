@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -18,6 +19,7 @@ from bioscara.errors import (
     InvalidArgumentError,
     SwitchError,
 )
+from bioscara.remote.remote_controllers import RemoteControllers
 from client_controllers import (
     BROADCASTER,
     FORWARD,
@@ -30,6 +32,7 @@ from client_controllers import (
     parameter_file,
     site,
 )
+from entries import entry
 from served import eventually
 
 
@@ -95,86 +98,88 @@ def test_a_new_goal_preempts_the_one_that_runs(left: Site) -> None:
     assert left.ended(second).status == "succeeded"
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda c, name: c.load(name, JTC, {"joints": ["j1"]}),
-        lambda c, name: c.configure(name),
-        lambda c, name: c.cleanup(name),
-        lambda c, name: c.unload(name),
-        lambda c, name: c.switch([name]),
-        lambda c, name: c.switch((), [name]),
-        lambda c, name: c.cancel(name, 1),
-        lambda c, name: c.command(name, (0.0,)),
-        lambda c, name: c.query(name, 0.0),
-    ],
+FOREIGN: tuple[Callable[[RemoteControllers, str], object], ...] = (
+    lambda c, name: c.load(name, JTC, {"joints": ["j1"]}),
+    lambda c, name: c.configure(name),
+    lambda c, name: c.cleanup(name),
+    lambda c, name: c.unload(name),
+    lambda c, name: c.switch([name]),
+    lambda c, name: c.switch((), [name]),
+    lambda c, name: c.cancel(name, 1),
+    lambda c, name: c.command(name, (0.0,)),
+    lambda c, name: c.query(name, 0.0),
 )
-def test_the_arms_own_controllers_are_not_for_clients(left: Site, change: object) -> None:
+"""Requests for a controller that is not the client's."""
+
+
+def test_the_arms_own_controllers_are_not_for_clients(left: Site) -> None:
     states = left.states()
-    with pytest.raises((SwitchError, GoalRejectedError, InvalidArgumentError)):
-        change(left.robot.controllers, "arm.joint_trajectory_controller")  # type: ignore[operator]
-    assert left.states() == states
+    for number, change in enumerate(FOREIGN):
+        with entry(f"FOREIGN[{number}]"):
+            with pytest.raises((SwitchError, GoalRejectedError, InvalidArgumentError)):
+                change(left.robot.controllers, "arm.joint_trajectory_controller")
+            assert left.states() == states
 
 
-@pytest.mark.parametrize(
-    ("name", "kind", "parameters", "error", "text"),
-    [
-        ("a b", JTC, {}, SwitchError, "letters, digits and underscores"),
-        ("", JTC, {}, SwitchError, "letters"),
-        ("x" * 65, JTC, {}, SwitchError, "letters"),
-        ("x", "bioscara_controllers/HoldController", {}, SwitchError, "no controller type"),
-        ("x", "bioscara_controllers/JogController", {}, SwitchError, "no controller type"),
-        ("x", JTC, {"joints": ["j1", "j9"]}, ConfigurationError, "'j9' is none of j1, j2"),
-        ("x", JTC, {"joints": ["j1", "j1"]}, ConfigurationError, "named twice"),
-        ("x", JTC, {"joints": ["gripper"]}, ConfigurationError, "'gripper' is none of"),
-        ("x", GRIPPER, {"joint": "j1"}, ConfigurationError, "'j1' is none of gripper"),
-        ("x", JTC, {"joints": ["j1"] * 5_000}, ConfigurationError, "named twice"),
-        ("x", BROADCASTER, {"extra_joints": ["a"] * 40}, ConfigurationError, "40 names"),
-        (
-            "x",
-            JTC,
-            {"joints": ["j1"], "fallback_controllers": ["arm.hold_controller"]},
-            SwitchError,
-            "the arm's own",
-        ),
-        (
-            "x",
-            HOMING,
-            {"command_interfaces": {"joints": {"j1": {"interfaces": ["position"]}}}},
-            ConfigurationError,
-            "home",
-        ),
-        (
-            "x",
-            GRIPPER,
-            {"joint": "gripper", "limits": [0.03, 0.1]},
-            ConfigurationError,
-            r"limits 0.03 .. 0.1 m are wider .* 0.04 .. 0.112 m",
-        ),
-        (
-            "x",
-            GRIPPER,
-            {"joint": "gripper", "limits": [0.05, 0.2]},
-            ConfigurationError,
-            r"limits 0.05 .. 0.2 m are wider",
-        ),
-        (
-            "x",
-            GRIPPER,
-            {"joint": "gripper", "velocity_limit": 2.0},
-            ConfigurationError,
-            "velocity_limit 2 m/s is above .* at most 0.07 m/s",
-        ),
-        ("x", JTC, {"joints": ["j" * 200_000]}, ConfigurationError, "is none of"),
-    ],
+REFUSED: tuple[tuple[str, str, dict[str, Any], type[Exception], str], ...] = (
+    ("a b", JTC, {}, SwitchError, "letters, digits and underscores"),
+    ("", JTC, {}, SwitchError, "letters"),
+    ("x" * 65, JTC, {}, SwitchError, "letters"),
+    ("x", "bioscara_controllers/HoldController", {}, SwitchError, "no controller type"),
+    ("x", "bioscara_controllers/JogController", {}, SwitchError, "no controller type"),
+    ("x", JTC, {"joints": ["j1", "j9"]}, ConfigurationError, "'j9' is none of j1, j2"),
+    ("x", JTC, {"joints": ["j1", "j1"]}, ConfigurationError, "named twice"),
+    ("x", JTC, {"joints": ["gripper"]}, ConfigurationError, "'gripper' is none of"),
+    ("x", GRIPPER, {"joint": "j1"}, ConfigurationError, "'j1' is none of gripper"),
+    ("x", JTC, {"joints": ["j1"] * 5_000}, ConfigurationError, "named twice"),
+    ("x", BROADCASTER, {"extra_joints": ["a"] * 40}, ConfigurationError, "40 names"),
+    (
+        "x",
+        JTC,
+        {"joints": ["j1"], "fallback_controllers": ["arm.hold_controller"]},
+        SwitchError,
+        "the arm's own",
+    ),
+    (
+        "x",
+        HOMING,
+        {"command_interfaces": {"joints": {"j1": {"interfaces": ["position"]}}}},
+        ConfigurationError,
+        "home",
+    ),
+    (
+        "x",
+        GRIPPER,
+        {"joint": "gripper", "limits": [0.03, 0.1]},
+        ConfigurationError,
+        r"limits 0.03 .. 0.1 m are wider .* 0.04 .. 0.112 m",
+    ),
+    (
+        "x",
+        GRIPPER,
+        {"joint": "gripper", "limits": [0.05, 0.2]},
+        ConfigurationError,
+        r"limits 0.05 .. 0.2 m are wider",
+    ),
+    (
+        "x",
+        GRIPPER,
+        {"joint": "gripper", "velocity_limit": 2.0},
+        ConfigurationError,
+        "velocity_limit 2 m/s is above .* at most 0.07 m/s",
+    ),
+    ("x", JTC, {"joints": ["j" * 200_000]}, ConfigurationError, "is none of"),
 )
-def test_a_controller_that_cannot_be_loaded_is_named(
-    left: Site, name: str, kind: str, parameters: dict[str, object], error: type, text: str
-) -> None:
-    with pytest.raises(error, match=text) as raised:
-        left.robot.controllers.load(name, kind, parameters)
-    assert len(str(raised.value)) < 500
-    assert "x" not in left.states()
+"""Name, type and parameters of a controller, with the error and its text."""
+
+
+def test_a_controller_that_cannot_be_loaded_is_named(left: Site) -> None:
+    for name, kind, parameters, error, text in REFUSED:
+        with entry(f"{name} {kind} {str(parameters)[:80]}"):
+            with pytest.raises(error, match=text) as raised:
+                left.robot.controllers.load(name, kind, parameters)
+            assert len(str(raised.value)) < 500
+            assert "x" not in left.states()
 
 
 def test_32_controllers_are_loaded_at_most(left: Site) -> None:

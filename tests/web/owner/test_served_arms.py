@@ -65,7 +65,6 @@ with arm("silent", Path(sys.argv[1])):
 """
 
 
-@pytest.mark.realtime
 def test_an_owner_that_hangs_is_unknown_and_its_stop_is_not_confirmed(
     start: Callable[..., Popen[str]], tmp_path: Path
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bioscara.cli.options import Options
+from bioscara.cli.parser import Options
 from bioscara.kinematics import Joints, Pose
 
 LENGTHS = frozenset({"j2", "x", "y", "z"})

@@ -6,7 +6,7 @@ import contextlib
 import os
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import TextIO
 
@@ -43,6 +43,11 @@ class Output:
                 print(coloured(printable(text), sys.stdout), flush=True)  # noqa: T201
             except OSError as error:
                 self.fail(error)
+
+    def lines(self, texts: Iterable[str]) -> None:
+        """Write lines."""
+        for text in texts:
+            self.line(text)
 
     def fail(self, error: OSError) -> None:
         """End the output because of ``error``."""

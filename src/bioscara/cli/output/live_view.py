@@ -1,15 +1,14 @@
-"""Live display while the arm moves: a table, or one line per second."""
+"""What live displays of a moving arm have in common: when they draw, and the words they show."""
 
 from __future__ import annotations
 
-import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from math import isnan
 
 from bioscara.cli.output.angles import RADIANS, AngleUnit
-from bioscara.cli.output.console import Output, is_terminal
+from bioscara.cli.output.console import Output
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 
@@ -74,28 +73,6 @@ class View(ABC):
         """Show a cycle."""
 
 
-def make_view(
-    output: Output,
-    joints: Sequence[tuple[str, str]],
-    angles: AngleUnit = RADIANS,
-    caption: Caption | None = None,
-) -> View:
-    """Return the live table on a terminal, plain lines elsewhere.
-
-    Args:
-        output: Output to write to.
-        joints: Name and unit of each joint.
-        angles: Unit of the angles.
-        caption: Lines to show below the table; None for none.
-    """
-    if is_terminal(sys.stdout):
-        # Imported here: rich takes 60-200 ms to import.
-        from bioscara.cli.output.live_table import TableView  # noqa: PLC0415
-
-        return TableView(output, joints, angles=angles, caption=caption)
-    return PlainView(output, joints, angles=angles)
-
-
 def state_word(record: JointRecord, phase: Phase, unit: str) -> str:
     """Return the state of a joint in one or two words."""
     flags = Flags(record.flags)
@@ -129,27 +106,3 @@ def progress(record: CycleRecord) -> str:
     """Return phase and time of the run, in the arm's time."""
     shown = record.start if isnan(record.trajectory_time) else record.trajectory_time
     return f"{record.phase.value} {shown:7.2f} s"
-
-
-class PlainView(View):
-    """One line for all joints about once per second; arguments as :class:`View`."""
-
-    def __init__(
-        self,
-        output: Output,
-        joints: Sequence[tuple[str, str]],
-        interval: float = 1.0,
-        angles: AngleUnit = RADIANS,
-    ) -> None:
-        super().__init__(output, joints, interval, angles)
-
-    def note(self, text: str) -> None:
-        """Print a message."""
-        self._output.line(text)
-
-    def _draw(self, record: CycleRecord) -> None:
-        joints = (
-            f"{name} {' '.join(cells(joint, record.phase, unit, self._angles))}"
-            for (name, unit), joint in zip(self._joints, record.joints, strict=True)
-        )
-        self._output.line(f"  {progress(record)} | " + " | ".join(joints))

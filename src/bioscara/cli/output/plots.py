@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-from bioscara.cli.options import Options
+from bioscara.cli.parser import Options
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
-from bioscara.planning import Trajectory, write_csv
+from bioscara.planning import write_csv
 from bioscara.robot.planner import Plan, Planner
 
 
@@ -55,17 +56,22 @@ def _require_writable(path: Path) -> None:
         raise InvalidArgumentError(f"{path} cannot be written: permission denied")
 
 
-def write_trajectory(path: Path, trajectory: Trajectory) -> str:
-    """Write a trajectory for ``bioscara run``; return a message that names the file.
+def write_files(
+    options: Options, plan: Plan, planner: Planner, parameters: ArmParameters
+) -> Iterator[str]:
+    """Write the files of ``--csv`` and ``--plot``; yield a message that names each.
 
     Raises:
-        InvalidArgumentError: The file cannot be written.
+        InvalidArgumentError: One cannot be written.
     """
-    try:
-        write_csv(path, trajectory)
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    return f"wrote {path}"
+    if options.csv is not None:
+        try:
+            write_csv(options.csv, plan.trajectory)
+        except OSError as error:
+            raise _unwritable(options.csv, error) from error
+        yield f"wrote {options.csv}"
+    if options.plot is not None:
+        yield write_picture(options.plot, plan, planner, parameters, options.command)
 
 
 def write_picture(

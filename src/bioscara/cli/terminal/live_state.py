@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 
 from bioscara.cli.motion import limitation_line, tool_line
-from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import Output
-from bioscara.cli.output.live_view import make_view
+from bioscara.cli.output.display import make_view
+from bioscara.cli.parser import Options
 from bioscara.drivers import Quality
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.robot.arm_methods import ArmMethods

@@ -18,7 +18,7 @@ from bioscara.planning.paths.segments import LEVER, SHORTEST
 
 LEAST_BLEND = 1e-4
 """Smallest blend [m]: at a smaller one the tool almost stops; 0 stops there."""
-_MOST_BLEND = 1.0
+MOST_BLEND = 1.0
 """Largest blend accepted [m]: a larger one is taken for millimetres."""
 
 
@@ -132,9 +132,9 @@ def _check_values(waypoint: Waypoint) -> Waypoint:
         raise InvalidArgumentError(
             f"blend {blend:g} m is less than {LEAST_BLEND:g} m; 0 rests there"
         )
-    if blend > _MOST_BLEND:
+    if blend > MOST_BLEND:
         raise InvalidArgumentError(
-            f"blend {blend:g} m is more than {_MOST_BLEND:g} m; are these millimetres? "
+            f"blend {blend:g} m is more than {MOST_BLEND:g} m; are these millimetres? "
             "lengths are metres"
         )
     circular = waypoint.motion is Motion.CIRC

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.kinematics import Joints
 from bioscara.planning import Trajectory
-from bioscara.robot.operations.motions.grasp import OPENING, SQUEEZE
+from bioscara.robot import tasks
 from bioscara.robot.planner import Plan, Planner
-from bioscara.robot.sequences.calls import Call, about, call_of, of_steps
-from bioscara.robot.sequences.steps import StepSequence, require_tool
+from bioscara.robot.sequences.steps import Run, StepSequence, Wait, about, of_steps, require_tool
+from bioscara.robot.tasks.task import PlannedMotion
 from bioscara.robot.workspace.workspace import Workspace
 
 _APART = 1e-3
@@ -24,14 +24,16 @@ class Verdict(NamedTuple):
     """Result of planning for a step, or for several that blends join.
 
     Attributes:
-        call: The call that carries them out; without a method if it cannot be resolved.
+        run: The steps.
+        task: The task that carries them out; None if it cannot be resolved.
         duration: How long they take [s]; of the jaws by their highest speed. NaN if refused.
         trajectory: The motion of the arm; None if it rests.
         notes: Notes on the plan.
         error: Why it is refused; None if it is not.
     """
 
-    call: Call
+    run: Run
+    task: tasks.ArmTask | Wait | None
     duration: float
     trajectory: Trajectory | None = None
     notes: tuple[str, ...] = ()
@@ -62,34 +64,35 @@ def dry_run(
     """
     require_tool(sequence, workspace.tool.name)
     here = start
-    for begin, run in sequence.runs(first, last):
-        call = Call(begin, run, "")
+    for run in sequence.runs(first, last):
+        task = None
+        begin, number = run.first, len(run.steps)
         try:
-            call = call_of(begin, run, workspace)
-            with about(begin, len(run)):
-                plan, workspace, duration = _planned(call, workspace, here)
+            task = run.task(Planner(workspace, lambda: start))
+            with about(begin, number):
+                plan, workspace, duration = _planned(task, workspace, here)
         except BioscaraError as error:
-            yield Verdict(call, float("nan"), error=error)
+            yield Verdict(run, task, float("nan"), error=error)
             return
         if plan is None:
-            yield Verdict(call, duration)
+            yield Verdict(run, task, duration)
             continue
         here = Joints(*plan.trajectory.positions[-1].tolist())
-        notes = tuple(of_steps(note, begin, len(run)) for note in plan.notes)
-        yield Verdict(call, duration, plan.trajectory, notes)
+        notes = tuple(of_steps(note, begin, number) for note in plan.notes)
+        yield Verdict(run, task, duration, plan.trajectory, notes)
 
 
 def _planned(
-    call: Call, workspace: Workspace, here: Joints
+    task: tasks.ArmTask | Wait, workspace: Workspace, here: Joints
 ) -> tuple[Plan | None, Workspace, float]:
-    """Return the plan of a call, the workspace after it and its duration [s]."""
-    if call.method == "sleep":
-        return None, workspace, call.arguments[0]
+    """Return the plan of a task, the workspace after it and its duration [s]."""
+    if isinstance(task, Wait):
+        return None, workspace, task.seconds
     planner = Planner(workspace, lambda: here)
-    if not call.method.startswith("gripper."):
-        plan: Plan = getattr(planner, call.method)(*call.arguments, **call.keywords)
+    if isinstance(task, PlannedMotion):
+        plan = task.plan(planner)
         return plan, workspace, plan.trajectory.duration
-    width, held = _width(call, workspace)
+    width, held = _width(task, workspace)
     jaws = workspace.parameters.gripper
     if not jaws.lower <= width <= jaws.upper:
         raise InvalidArgumentError(
@@ -99,33 +102,33 @@ def _planned(
     low, high = workspace.widths
     farthest = max(abs(width - low), abs(width - high))
     after = workspace.with_widths(width, held)
-    if call.method == "gripper.grasp":
-        after = after.with_load(call.arguments[0])
+    if isinstance(task, tasks.Grasp):
+        after = after.with_load(task.load)
         after.surroundings.check_load(after.kinematics, here)
-    elif call.method == "gripper.release":
+    elif isinstance(task, tasks.Release):
         after = after.without_load()
     return None, after, farthest / jaws.max_velocity
 
 
-def _width(call: Call, workspace: Workspace) -> tuple[float, float]:
-    """Return the width that a call of the gripper commands, and the largest after it [m]."""
+def _width(task: tasks.ArmTask, workspace: Workspace) -> tuple[float, float]:
+    """Return the width that a task of the gripper commands, and the largest after it [m]."""
     jaws = workspace.parameters.gripper
-    given: dict[str, Any] = call.keywords
-    match call.method.removeprefix("gripper."):
-        case "open":
+    match task:
+        case tasks.OpenGripper():
             width = jaws.upper
-        case "close":
+        case tasks.CloseGripper():
             width = jaws.lower
-        case "grasp":
-            held = given.get("width", call.arguments[0].width)
-            return held - given.get("squeeze", SQUEEZE), held
-        case "release":
+        case tasks.Grasp():
+            held = task.load.width if task.width is None else task.width
+            return held - task.squeeze, held
+        case tasks.Release():
             low, high = workspace.widths
-            opening = call.arguments[0] if call.arguments else OPENING
             # Jaws of unknown width are not driven yet: they open to the largest width.
-            width = high if (low, high) == (jaws.lower, jaws.upper) else high + opening
+            width = high if (low, high) == (jaws.lower, jaws.upper) else high + task.opening
+        case tasks.MoveGripper():
+            width = task.width
         case _:
-            width = call.arguments[0]
+            raise InvalidArgumentError(f"a {task.kind()} cannot be planned beforehand")
     return width, width
 
 

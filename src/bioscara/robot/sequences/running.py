@@ -4,34 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from operator import attrgetter
-from typing import Protocol
 
 from bioscara.errors import MotionCancelledError
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.operations.operation import OnCycle
-from bioscara.robot.planner import Planner
-from bioscara.robot.sequences.calls import Call, about, calls
 from bioscara.robot.sequences.dry_run import dry_run
-from bioscara.robot.sequences.steps import StepSequence
+from bioscara.robot.sequences.steps import Run, StepSequence, Wait, about
 
 _LOOK = 0.05
 """Period of the check for a request to stop, during a wait [s]."""
 
 
-class _Robot(Protocol):
-    """What :class:`bioscara.Robot` and :class:`bioscara.RemoteRobot` have."""
-
-    @property
-    def plan(self) -> Planner:
-        """Plans motions from where the arm is."""
-        ...
-
-
 def run_sequence(
-    robot: _Robot,
+    robot: ArmMethods,
     sequence: StepSequence,
     *,
-    on_step: Callable[[Call], object] | None = None,
+    on_step: Callable[[Run], object] | None = None,
     on_cycle: OnCycle | None = None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> None:
@@ -52,31 +40,26 @@ def run_sequence(
         MotionCancelledError: It was stopped; the arm is at rest.
         BioscaraError: As the motions of the robot.
     """
-    workspace = robot.plan.workspace
-    for verdict in dry_run(sequence, workspace, robot.plan.here()):
+    planner = robot.plan
+    for verdict in dry_run(sequence, planner.workspace, planner.here()):
         if verdict.error is not None:
             raise verdict.error
-    for call in [*calls(sequence, workspace)]:
+    for run in [*sequence.runs()]:
         if cancelled():
-            raise MotionCancelledError(f"stopped before step {call.first + 1}")
+            raise MotionCancelledError(f"stopped before step {run.first + 1}")
         if on_step is not None:
-            on_step(call)
-        with about(call.first, len(call.steps)):
-            _carry_out(robot, call, on_cycle, cancelled)
+            on_step(run)
+        task = run.task(robot.plan)
+        if isinstance(task, Wait):
+            _rest(task, run, cancelled)
+            continue
+        with about(run.first, len(run.steps)):
+            robot.do(task, on_cycle=on_cycle)
 
 
-def _carry_out(
-    robot: _Robot, call: Call, on_cycle: OnCycle | None, cancelled: Callable[[], bool]
-) -> None:
-    if call.method == "sleep":
-        _rest(call, cancelled)
-        return
-    attrgetter(call.method)(robot)(*call.arguments, **call.keywords, on_cycle=on_cycle)
-
-
-def _rest(call: Call, cancelled: Callable[[], bool]) -> None:
-    end = time.monotonic() + call.arguments[0]
+def _rest(wait: Wait, run: Run, cancelled: Callable[[], bool]) -> None:
+    end = time.monotonic() + wait.seconds
     while (remaining := end - time.monotonic()) > 0.0:
         if cancelled():
-            raise MotionCancelledError(f"stopped in the wait of step {call.first + 1}")
+            raise MotionCancelledError(f"stopped in the wait of step {run.first + 1}")
         time.sleep(min(remaining, _LOOK))

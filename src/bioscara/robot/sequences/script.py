@@ -6,21 +6,13 @@ import json
 from collections.abc import Iterator
 from textwrap import indent
 
-from bioscara.robot.sequences.calls import action_of
-from bioscara.robot.sequences.steps import (
-    ArcStep,
-    GraspStep,
-    JointsStep,
-    LoadBox,
-    MotionStep,
-    NamedStep,
-    PathStep,
-    Place,
-    PointToPointStep,
-    Step,
-    StepSequence,
-    WaitStep,
-)
+import msgspec
+
+from bioscara.kinematics import Pose
+from bioscara.robot import tasks
+from bioscara.robot.sequences.steps import PATHS, Step, StepSequence, Wait
+from bioscara.robot.tasks.forms import LoadForm
+from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.tools import FINGERS
 
 _LONG = 90
@@ -36,16 +28,6 @@ if sys.argv[2:]:  # The file with the named poses, unless the arm's owner has th
 _ITS_TOOL = f"""\
 if robot.tool.name != "{FINGERS}":
     raise SystemExit(f"the sequence is for tool {FINGERS}, the arm has {{robot.tool.name}}")"""
-_TAUGHT = '''\
-def taught(name: str) -> Pose:
-    """Return the pose of the mounted tool at a named pose."""
-    entry = robot.table.pose(name)
-    if entry.joints is not None:
-        return robot.kinematics.forward(entry.joints)
-    if entry.tool != robot.tool.name or entry.pose_tool_in_base is None:
-        raise SystemExit(f"pose {name} was taught with tool {entry.tool}, not {robot.tool.name}")
-    return entry.pose_tool_in_base
-'''
 
 
 def to_script(sequence: StepSequence, first: int = 0, last: int | None = None) -> str:
@@ -62,10 +44,7 @@ def to_script(sequence: StepSequence, first: int = 0, last: int | None = None) -
     text = "\n".join(body)
     known = ("Load(", "Motion.", "Pose(", "Prism.", "Waypoint(")
     names = [name[:-1] for name in known if name in text]
-    table = any(_uses_table(step) for step in sequence.steps)
-    helper = "taught(" in text
-    if helper:
-        names.append("Pose")
+    table = any(_uses_table(step.task) for step in sequence.steps)
     names += ["Robot", *(["load_table"] if table or sequence.tool != FINGERS else [])]
     imports = ["import sys"]
     if "sleep(" in text:
@@ -80,15 +59,15 @@ def to_script(sequence: StepSequence, first: int = 0, last: int | None = None) -
         "",
         f"from bioscara import {', '.join(sorted(set(names)))}",
         "",
-        *(["", _TAUGHT, ""] if helper else []),
         _BEGIN + indent(_TABLE if "load_table" in names else "", "    ") + indent(text, "    "),
     ]
     return "\n".join(parts) + "\n"
 
 
-def _uses_table(step: Step) -> bool:
-    values = (getattr(step, field, None) for field in ("name", "via_name", "frame"))
-    return any(value is not None for value in values)
+def _uses_table(task: tasks.ArmTask | Wait) -> bool:
+    if isinstance(task, tasks.MoveNamed) or getattr(task, "frame", None) is not None:
+        return True
+    return any(isinstance(getattr(task, field, None), str) for field in ("pose", "via"))
 
 
 def _body(sequence: StepSequence, first: int, last: int | None) -> Iterator[str]:
@@ -97,70 +76,74 @@ def _body(sequence: StepSequence, first: int, last: int | None) -> Iterator[str]
     else:
         yield _ITS_TOOL
     yield "robot.home()"
-    for begin, run in sequence.runs(first, last):
-        if len(run) == 1:
-            yield _line(run[0])
+    for run in sequence.runs(first, last):
+        if len(run.steps) == 1:
+            yield line_of(run.steps[0].task)
             continue
         yield "robot.move_sequence(\n    ["
-        for index, step in enumerate(run, 1):
-            assert isinstance(step, PathStep)  # noqa: S101  only these have blends
-            yield f"        {_waypoint(step, rests=index == len(run))},"
-        yield f"    ]\n)  # Steps {begin + 1} to {begin + len(run)}."
+        for index, step in enumerate(run.steps, 1):
+            yield f"        {_waypoint(step, rests=index == len(run.steps))},"
+        yield f"    ]\n)  # Steps {run.first + 1} to {run.first + len(run.steps)}."
 
 
-def _line(step: Step) -> str:
-    """Return the call of one step."""
-    match step:
-        case WaitStep():
-            return f"sleep({step.seconds!r})"
-        case JointsStep():
-            return f"robot.move_joints({[*step.joints.joints]!r}{_speed(step)})"
-        case NamedStep():
-            return f"robot.move_named({_quoted(step.name)}{_speed(step)})"
-        case ArcStep():
-            return f"robot.move_circular({_via(step)}, {_goal(step)}{_speed(step)})"
-        case PathStep() | PointToPointStep():
-            return f"robot.{step.KIND}({_goal(step)}{_speed(step)})"
-    method, given, keywords = action_of(step)
-    arguments = [repr(each) for each in given]
-    if isinstance(step, GraspStep):
-        arguments = [_load(step.load)]
-    arguments += [f"{name}={value!r}" for name, value in keywords.items()]
-    line = f"robot.{method}({', '.join(arguments)})"
-    return line if len(line) < _LONG else f"robot.{method}(\n    {', '.join(arguments)}\n)"
+def line_of(task: tasks.ArmTask | Wait) -> str:
+    """Return a task as the call of a robot that does the same."""
+    if isinstance(task, Wait):
+        return f"sleep({task.seconds!r})"
+    arguments = []
+    # The shares of the limits are the first fields, and the last arguments.
+    for field in sorted(msgspec.structs.fields(type(task)), key=_is_share):
+        value = getattr(task, field.name)
+        if field.required:
+            arguments.append(_python(value))
+        elif value != field.default:
+            arguments.append(f"{field.name}={_python(value)}")
+    line = f"robot.{task.call()}({', '.join(arguments)})"
+    return line if len(line) < _LONG else f"robot.{task.call()}(\n    {', '.join(arguments)}\n)"
 
 
-def _speed(step: MotionStep) -> str:
-    return "" if step.speed == 1.0 else f", velocity_scaling={step.speed!r}"
+def _is_share(field: msgspec.structs.FieldInfo) -> bool:
+    return field.name.endswith("_scaling")
 
 
-def _waypoint(step: PathStep, *, rests: bool) -> str:
-    words = [_goal(step)]
-    if isinstance(step, ArcStep):
-        words += ["Motion.CIRC", f"via={_via(step)}"]
+def _waypoint(step: Step, *, rests: bool) -> str:
+    task = step.task
+    assert isinstance(task, PATHS)  # noqa: S101  only these have blends
+    words = [_pose(task.pose, task.frame)]
+    if isinstance(task, tasks.MoveCircular):
+        # In the base, as a waypoint is.
+        words += ["Motion.CIRC", f"via={_pose(task.via, task.frame)}"]
     if step.blend and not rests:
         words.append(f"blend={step.blend!r}")
-    if step.speed != 1.0:
-        words.append(f"speed={step.speed!r}")
+    if task.velocity_scaling != 1.0:
+        words.append(f"speed={task.velocity_scaling!r}")
     return f"Waypoint({', '.join(words)})"
 
 
-def _goal(step: PathStep | PointToPointStep) -> str:
-    return _pose(step.pose, step.name, step.frame)
+def _pose(pose: Pose | str, frame: str | None) -> str:
+    """Return a pose in the base, where no task looks up its name or its frame."""
+    if isinstance(pose, str):
+        return f"robot.plan.pose_of({_quoted(pose)})"
+    return (
+        _python(pose) if frame is None else f"robot.plan.pose_of({_python(pose)}, {_quoted(frame)})"
+    )
 
 
-def _via(step: ArcStep) -> str:
-    return _pose(step.via, step.via_name, step.frame)
+def _python(value: object) -> str:
+    """Return a value as Python."""
+    match value:
+        case Pose():
+            return f"Pose({', '.join(repr(float(each)) for each in value)})"
+        case Load():
+            return _load(LoadForm.of(value))
+        case str():
+            return _quoted(value)
+        case tuple():
+            return repr([*value])
+    return repr(value)
 
 
-def _pose(place: Place | None, name: str | None, frame: str | None) -> str:
-    if place is None:
-        return f"taught({_quoted(name or '')})"
-    numbers = ", ".join(repr(float(value)) for value in place.pose)
-    return f"Pose({numbers})" if frame is None else f"robot.frame({_quoted(frame)}).pose({numbers})"
-
-
-def _load(box: LoadBox) -> str:
+def _load(box: LoadForm) -> str:
     corners = f"{box.lower!r}, {box.upper!r}"
     words = [_quoted(box.name), f"Prism.between({corners}{f', {box.yaw!r}' if box.yaw else ''})"]
     if box.mass:

@@ -4,12 +4,12 @@
     title: plate to reader
     tool: fingers
     steps:
-    - {kind: move_named, name: above_plate, speed: 0.5}
+    - {kind: move_named, name: above_plate, velocity_scaling: 0.5}
     - kind: move_linear
       pose: {x: 0.0, y: 0.05, z: 0.011, yaw: 0.0}
       frame: bench
-      speed: 0.3
-    - {kind: gripper_move, width: 0.08}
+      velocity_scaling: 0.3
+    - {kind: move_gripper, width: 0.08}
     - {kind: wait, seconds: 0.5}
     ...
 
@@ -28,7 +28,7 @@ from bioscara.robot.sequences.steps import SCHEMA, StepSequence, values_of
 from bioscara.whole_files import replacing
 
 _HEADING = """\
-# Steps of an arm: 'bioscara run FILE'. Metres, radians, seconds; speeds are shares of the limits.
+# Steps of an arm: 'bioscara run FILE'. Metres, radians, seconds; scalings are shares of the limits.
 # The file may be edited, and ends with '...'.
 """
 

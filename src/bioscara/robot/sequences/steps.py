@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, fields
-from typing import Annotated, ClassVar
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import msgspec
 
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.kinematics import Joints, Pose
-from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
 from bioscara.model.validation import (
-    AS_TUPLE,
     Before,
     Checked,
     Listed,
     Problem,
     Strict,
-    Text,
     Within,
+    is_number,
+    require_none,
 )
-from bioscara.planning.collision.shapes import Prism
-from bioscara.planning.limits import SLOWEST
-from bioscara.planning.motions.waypoints import LEAST_BLEND
-from bioscara.robot.workspace.load import Load
-from bioscara.robot.workspace.tools import FINGERS, MASS_MAX, OFFSET_MAX, check_name
+from bioscara.planning.motions.waypoints import LEAST_BLEND, MOST_BLEND, Motion, Waypoint
+from bioscara.robot import tasks
+from bioscara.robot.planner import Planner
+from bioscara.robot.tasks.checks import check_fields, within
+from bioscara.robot.tasks.written import Unusable, struct_of
+from bioscara.robot.tasks.written import values_of as fields_of
+from bioscara.robot.workspace.tools import FINGERS, check_name
 from bioscara.spelling import did_you_mean
 
 SCHEMA = 1
@@ -34,7 +37,66 @@ STEPS_MAX = 200
 WAIT_MAX = 3600.0
 """Longest wait [s]."""
 _TITLE_MAX = 100
-_TOUCHES_MAX = 10
+_WAYPOINT = re.compile(r"waypoint (\d+): ")
+
+
+class Wait(msgspec.Struct, frozen=True, tag_field="kind", tag="wait", forbid_unknown_fields=True):
+    """Rest for a time.
+
+    Attributes:
+        seconds: The time.
+    """
+
+    seconds: Annotated[float, within(0.0, WAIT_MAX, "s")]
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
+PATHS = (tasks.MoveLinear, tasks.MoveCircular)
+"""The tasks after which the tool need not rest."""
+
+KINDS: dict[str, type[Any]] = {
+    **{kind.kind(): kind for kind in tasks.TASKS if kind.step},
+    "wait": Wait,
+}
+"""What a step can be, by its name in a file."""
+RENAMED = {
+    "gripper_move": "move_gripper",
+    "gripper_open": "open_gripper",
+    "gripper_close": "close_gripper",
+}
+"""Names of kinds in older files, and those that they have now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A task, or a wait, as a part of a sequence.
+
+    Attributes:
+        task: What is done.
+        blend: Distance from the goal of a line or an arc at which the tool may leave its path for
+            that of the next step [m]; 0 rests at the goal.
+
+    Raises:
+        InvalidArgumentError: It is no task of a sequence, or the blend is not possible.
+    """
+
+    task: tasks.ArmTask | Wait
+    blend: float = 0.0
+
+    def __post_init__(self) -> None:
+        if type(self.task) not in KINDS.values():
+            raise InvalidArgumentError(
+                f"{shown(self.task)} is no step; there are {', '.join(KINDS)}"
+            )
+        if problem := _blend_problem(type(self.task), self.blend):
+            raise InvalidArgumentError(f"blend: {problem}")
+
+    @property
+    def kind(self) -> str:
+        """Its name in a file."""
+        return str(self.task.__struct_config__.tag)
 
 
 def _valid_name(value: object) -> object:
@@ -52,269 +114,43 @@ def _one_line(value: object) -> object:
     return value
 
 
-_Angle = Annotated[float, Within(-ANGLE_MAX, ANGLE_MAX, "rad")]
-_Length = Annotated[float, Within(-PLACE_MAX, PLACE_MAX, "m")]
-_Offset = Annotated[float, Within(-OFFSET_MAX, OFFSET_MAX, "m")]
-_Share = Annotated[float, Within(SLOWEST, 1.0)]
-_Blend = Annotated[float, Within(0.0, 1.0, "m")]
-_Width = Annotated[float, Within(0.0, OFFSET_MAX, "m")]
-_EntryName = Annotated[str, Strict(), Before(_valid_name)]
-_Corner = Annotated[tuple[_Offset, _Offset, _Offset], Strict(), AS_TUPLE]
-
-
-class JointPositions(Checked):
-    """Positions of the joints [rad, m, rad, rad]."""
-
-    j1: _Angle
-    j2: _Length
-    j3: _Angle
-    j4: _Angle
-
-    @property
-    def joints(self) -> Joints:
-        """The same, as the rest of the software has them."""
-        return Joints(self.j1, self.j2, self.j3, self.j4)
-
-
-class Place(Checked):
-    """A pose of the tool [m, m, m, rad], in the base or in the frame that the step names."""
-
-    x: _Length
-    y: _Length
-    z: _Length
-    yaw: _Angle = 0.0
-
-    @property
-    def pose(self) -> Pose:
-        """The same, as the rest of the software has it."""
-        return Pose(self.x, self.y, self.z, self.yaw)
-
-
-class Step(Checked):
-    """Base of the steps.
-
-    Attributes:
-        KIND: Its name in a file.
-    """
-
-    KIND: ClassVar[str] = ""
-
-
-class MotionStep(Step):
-    """A step that moves the arm.
-
-    Attributes:
-        speed: Share of the speed limits to use, 0.001 to 1.
-    """
-
-    speed: _Share = 1.0
-
-
-class JointsStep(MotionStep):
-    """All joints to positions; they start and end together."""
-
-    KIND: ClassVar[str] = "move_joints"
-
-    joints: JointPositions
-
-
-class NamedStep(MotionStep):
-    """To a pose of the teach table; if it was taught with joints, these are the goal."""
-
-    KIND: ClassVar[str] = "move_named"
-
-    name: _EntryName
-
-
-class _PoseStep(MotionStep):
-    """A step to a pose of the tool: given by numbers, or the name of a taught pose.
-
-    Attributes:
-        pose: The pose.
-        name: Name of the taught pose, instead; one of the two is given.
-        frame: Name of the work frame in which ``pose`` and ``via`` are given; the base without it.
-    """
-
-    pose: Place | None = None
-    name: _EntryName | None = None
-    frame: _EntryName | None = None
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield a target that is missing or given twice."""
-        if (self.pose is None) == (self.name is None):
-            yield Problem("give a pose, or the name of one in the teach table", ("pose",))
-        if self.frame is not None and self.pose is None and getattr(self, "via", None) is None:
-            yield Problem("a taught pose is in the base; leave the frame out", ("frame",))
-
-
-class PointToPointStep(_PoseStep):
-    """To a pose by the closest joint solution; the path of the tool is a curve."""
-
-    KIND: ClassVar[str] = "move_to"
-
-
-class PathStep(_PoseStep):
-    """A step along a path of the tool.
-
-    Attributes:
-        blend: Distance from the goal at which the tool may leave the path for that of the next
-            step [m]; 0 rests at the goal.
-    """
-
-    blend: _Blend = 0.0
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield a target or a blend that is not possible."""
-        yield from super().problems()
-        if 0.0 < self.blend < LEAST_BLEND:
-            text = f"{self.blend:g} m is below {LEAST_BLEND:g} m; 0 rests at the goal"
-            yield Problem(text, ("blend",))
-
-
-class LineStep(PathStep):
-    """To a pose along a straight line of the tool."""
-
-    KIND: ClassVar[str] = "move_linear"
-
-
-class ArcStep(PathStep):
-    """To a pose along an arc of the tool.
-
-    Attributes:
-        via: A point on the arc; its yaw is not used.
-        via_name: Name of a taught pose there, instead; one of the two is given.
-    """
-
-    KIND: ClassVar[str] = "move_circular"
-
-    via: Place | None = None
-    via_name: _EntryName | None = None
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield a target, via or blend that is not possible."""
-        yield from super().problems()
-        if (self.via is None) == (self.via_name is None):
-            yield Problem("give a point on the arc, or the name of a pose there", ("via",))
-
-
-class GripperStep(Step):
-    """The jaws to a width [m]."""
-
-    KIND: ClassVar[str] = "gripper_move"
-
-    width: _Width
-
-
-class OpenStep(Step):
-    """The jaws to their largest width."""
-
-    KIND: ClassVar[str] = "gripper_open"
-
-
-class CloseStep(Step):
-    """The jaws to their smallest width."""
-
-    KIND: ClassVar[str] = "gripper_close"
-
-
-class LoadBox(Checked):
-    """A load: a box in the frame of the tool centre point; see :class:`bioscara.Load`.
-
-    Attributes:
-        name: Its name.
-        lower: Smallest x, y, z [m].
-        upper: Largest x, y, z [m].
-        yaw: Rotation about its centre [rad].
-        mass: [kg].
-        touches: Zones, or ``"table"``, that it may touch.
-        max_speed: Highest commanded speed of its fastest point [m/s]; None for no own limit.
-    """
-
-    name: _EntryName
-    lower: _Corner
-    upper: _Corner
-    yaw: _Angle = 0.0
-    mass: Annotated[float, Within(0.0, MASS_MAX, "kg")] = 0.0
-    touches: Listed[Text] = ()
-    max_speed: Annotated[float, Within(SLOWEST, 10.0, "m/s")] | None = None
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield the errors of a load."""
-        if len(self.touches) > _TOUCHES_MAX:
-            yield Problem(f"{len(self.touches)} names, at most {_TOUCHES_MAX}", ("touches",))
-        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
-            if not low < high:
-                text = f"its {axis}, {high:g} m, must be above that of lower, {low:g} m"
-                yield Problem(text, ("upper",))
-                return
-        try:
-            self.made()
-        except InvalidArgumentError as error:
-            yield Problem(str(error))
-
-    def made(self) -> Load:
-        """Return the load."""
-        shape = Prism.between(self.lower, self.upper, self.yaw)
-        return Load(self.name, shape, self.mass, self.touches, self.max_speed)
-
-
-class GraspStep(Step):
-    """Close the jaws on a load and attach it.
-
-    Attributes:
-        load: The load.
-        width: Its width between the jaws [m]; None for that of its shape.
-        squeeze: By how much the commanded width is smaller [m]; None for the usual one.
-    """
-
-    KIND: ClassVar[str] = "grasp"
-
-    load: LoadBox
-    width: _Width | None = None
-    squeeze: _Width | None = None
-
-
-class ReleaseStep(Step):
-    """Open the jaws and detach the load.
-
-    Attributes:
-        opening: By how much they open [m]; None for the usual one.
-    """
-
-    KIND: ClassVar[str] = "release"
-
-    opening: _Width | None = None
-
-
-class WaitStep(Step):
-    """Rest for a time [s]."""
-
-    KIND: ClassVar[str] = "wait"
-
-    seconds: Annotated[float, Within(0.0, WAIT_MAX, "s")]
-
-
-KINDS: dict[str, type[Step]] = {
-    kind.KIND: kind
-    for kind in (
-        JointsStep, NamedStep, PointToPointStep, LineStep, ArcStep, GripperStep, OpenStep,
-        CloseStep, GraspStep, ReleaseStep, WaitStep,
-    )
-}  # fmt: skip
-"""The kinds of steps, by their names in a file."""
+def _blend_problem(kind: type[Any], blend: object) -> str:
+    """Return why a kind of step cannot have a blend; empty if it can."""
+    if not is_number(blend):
+        return f"{shown(blend)} is not a number"
+    if not 0.0 <= blend <= MOST_BLEND:
+        return f"{blend:g} is outside 0 .. {MOST_BLEND:g} m"
+    if 0.0 < blend < LEAST_BLEND:
+        return f"{blend:g} m is below {LEAST_BLEND:g} m; 0 rests at the goal"
+    return "only lines and arcs have one; leave it out" if blend and kind not in PATHS else ""
 
 
 def _step(values: object) -> object:
-    """Return the step of values that name their kind."""
-    if not isinstance(values, Mapping):
+    """Return the step of values that name their kind, or of a task."""
+    if isinstance(values, Step):
         return values
-    kind = values.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
+    if not isinstance(values, Mapping):
+        try:
+            return Step(values)  # type: ignore[arg-type]  # it is checked there
+        except InvalidArgumentError as error:
+            raise ValueError(str(error)) from None
+    name: Any = values.get("kind")
+    kind = KINDS.get(name) if isinstance(name, str) else None
+    if kind is None:
         hint = f"there are {', '.join(KINDS)}"
-        if isinstance(kind, str):
-            raise ValueError(f"there is no kind {kind!r}; {did_you_mean(kind, KINDS, hint)}")
+        if isinstance(name, str) and name in RENAMED:
+            raise ValueError(f"the kind {name} is called {RENAMED[name]} now")
+        if isinstance(name, str):
+            raise ValueError(f"there is no kind {name!r}; {did_you_mean(name, KINDS, hint)}")
         raise ValueError(f"it needs a kind; {hint}")
-    return KINDS[kind].parsed({key: value for key, value in values.items() if key != "kind"})
+    given = {key: value for key, value in values.items() if key not in {"kind", "blend"}}
+    blend = values.get("blend", 0.0)
+    task: Any = struct_of(kind, given)
+    problems = list(task.problems) if isinstance(task, Unusable) else []
+    if text := _blend_problem(kind, blend):
+        problems.append(Problem(text, ("blend",)))
+    require_none(problems)
+    return Step(task, float(blend))
 
 
 class StepSequence(Checked):
@@ -324,13 +160,13 @@ class StepSequence(Checked):
         schema: Version of the schema.
         title: A description for people.
         tool: Name of the tool that it is for: with another one mounted it is refused.
-        steps: The steps.
+        steps: The steps; a task is one, too.
     """
 
     schema: Annotated[int, Within(1, 10**6)] = SCHEMA
     title: Annotated[str, Strict(), Before(_one_line)] = ""
-    tool: _EntryName = FINGERS
-    steps: Listed[Annotated[Step, Before(_step)]]
+    tool: Annotated[str, Strict(), Before(_valid_name)] = FINGERS
+    steps: Listed[Annotated[Any, Before(_step)]]
 
     def problems(self) -> Iterator[Problem]:
         """Yield no or too many steps, and blends at places where the arm has to rest."""
@@ -339,18 +175,16 @@ class StepSequence(Checked):
         if len(self.steps) > STEPS_MAX:
             yield Problem(f"{len(self.steps)} steps, at most {STEPS_MAX}; divide them", ("steps",))
         for index, step in enumerate(self.steps):
-            if not (isinstance(step, PathStep) and step.blend):
+            if not step.blend:
                 continue
             following = self.steps[index + 1 : index + 2]
-            if not (following and isinstance(following[0], PathStep)):
+            if not (following and type(following[0].task) in PATHS):
                 why = "the next step is no line or arc" if following else "it is the last step"
                 text = f"{step.blend:g} m, but {why}, so that the arm rests there; give blend 0"
                 yield Problem(text, ("steps", index, "blend"))
 
-    def runs(
-        self, first: int = 0, last: int | None = None
-    ) -> Iterator[tuple[int, tuple[Step, ...]]]:
-        """Yield the steps, those joined by blends together, with the index of the first one.
+    def runs(self, first: int = 0, last: int | None = None) -> Iterator[Run]:
+        """Yield the steps, those joined by blends together.
 
         Args:
             first: Index of the step to begin with.
@@ -359,9 +193,110 @@ class StepSequence(Checked):
         steps = self.steps[:last]
         begin = first
         for index, step in enumerate(steps[first:], first):
-            if not (isinstance(step, PathStep) and step.blend) or index + 1 == len(steps):
-                yield begin, steps[begin : index + 1]
+            if not step.blend or index + 1 == len(steps):
+                yield Run(begin, steps[begin : index + 1])
                 begin = index + 1
+
+
+class Run(NamedTuple):
+    """One step, or several that blends join: one motion.
+
+    Attributes:
+        first: Index of the first step.
+        steps: The steps.
+    """
+
+    first: int
+    steps: tuple[Step, ...]
+
+    @property
+    def label(self) -> str:
+        """Numbers and kinds of the steps, for people: ``2-4 move_linear, move_circular``."""
+        kinds = ", ".join(dict.fromkeys(step.kind for step in self.steps))
+        last = self.first + len(self.steps)
+        numbers = f"{last}" if len(self.steps) == 1 else f"{self.first + 1}-{last}"
+        return f"{numbers} {kinds}"
+
+    def task(self, planner: Planner) -> tasks.ArmTask | Wait:
+        """Return the task that carries it out.
+
+        Args:
+            planner: Has the teach table, in which the names of joined steps are looked up.
+
+        Raises:
+            InvalidArgumentError: There is no pose or frame of a name, or a pose was taught with
+                another tool; the message begins with the step, counted from 1.
+        """
+        if len(self.steps) == 1:
+            return self.steps[0].task
+        return tasks.MoveSequence(waypoints=(*self._waypoints(planner),))
+
+    def _waypoints(self, planner: Planner) -> Iterator[Waypoint]:
+        last = self.steps[-1]
+        for index, step in enumerate(self.steps, self.first):
+            with about(index):
+                # A run that is cut short rests at its end.
+                task, blend = step.task, 0.0 if step is last else step.blend
+                if isinstance(task, tasks.MoveCircular):
+                    via, pose = planner.arc_of(task.via, task.pose, task.frame)
+                    yield Waypoint(pose, Motion.CIRC, blend, via, task.velocity_scaling)
+                elif isinstance(task, tasks.MoveLinear):
+                    pose = planner.pose_of(task.pose, task.frame)
+                    yield Waypoint(pose, Motion.LIN, blend, None, task.velocity_scaling)
+
+
+class about:  # noqa: N801  a context manager, named as its use reads
+    """Prefix the message of an error with the step that it concerns.
+
+    Args:
+        first: Index of the first step that is carried out; messages count from 1.
+        number: Number of the steps.
+    """
+
+    def __init__(self, first: int, number: int = 1) -> None:
+        self._first, self._number = first, number
+
+    def __enter__(self) -> None:
+        return
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        if isinstance(error, InvalidArgumentError):
+            error.args = (of_steps(str(error), self._first, self._number),)
+
+
+def of_steps(text: str, first: int, number: int) -> str:
+    """Return a sentence on steps that are planned together, with the step that it concerns."""
+    if number == 1:
+        return f"step {first + 1}: {text}"
+    # A planned sequence counts its waypoints from 0.
+    if (found := _WAYPOINT.match(text)) is not None:
+        return f"step {first + int(found[1]) + 1}: {text[found.end() :]}"
+    return f"steps {first + 1}-{first + number}: {text}"
+
+
+def require_names(sequence: StepSequence, planner: Planner) -> None:
+    """Raise unless the arm has the tool, the poses and the frames that a sequence names.
+
+    Args:
+        sequence: The sequence.
+        planner: Has the teach table; where the arm is, is not asked.
+
+    Raises:
+        InvalidArgumentError: Another tool is mounted, or a name is not in the table; the message
+            begins with the step, counted from 1.
+    """
+    require_tool(sequence, planner.workspace.tool.name)
+    for index, step in enumerate(sequence.steps):
+        with about(index):
+            match step.task:
+                case tasks.MoveNamed(name=name):
+                    planner.workspace.table.pose(name)
+                case tasks.MoveCircular(via=via, pose=pose, frame=frame):
+                    planner.arc_of(via, pose, frame)
+                case (
+                    tasks.MoveTo(pose=pose, frame=frame) | tasks.MoveLinear(pose=pose, frame=frame)
+                ):
+                    planner.pose_of(pose, frame)
 
 
 def require_tool(sequence: StepSequence, mounted: str) -> None:
@@ -383,25 +318,13 @@ def values_of(sequence: StepSequence) -> dict[str, object]:
     if sequence.title:
         values["title"] = sequence.title
     values["tool"] = sequence.tool
-    values["steps"] = [{"kind": step.KIND, **_plain(step)} for step in sequence.steps]
+    values["steps"] = [_plain(step) for step in sequence.steps]
     return values
 
 
-def _plain(group: Checked) -> dict[str, object]:
-    values: dict[str, object] = {}
-    for each in fields(group):
-        value = getattr(group, each.name)
-        # Poses are written whole: four numbers are easier to read than three.
-        if each.default is not MISSING and value == each.default and not isinstance(group, Place):
-            continue
-        if isinstance(value, Checked):
-            values[each.name] = _plain(value)
-        else:
-            values[each.name] = list(value) if isinstance(value, tuple) else value
-    if "speed" in values:
-        # The field of the base comes first; people look for the target there.
-        values["speed"] = values.pop("speed")
-    return values
+def _plain(step: Step) -> dict[str, object]:
+    values = {"kind": step.kind, **fields_of(step.task)}
+    return {**values, "blend": step.blend} if step.blend else values
 
 
 def sequence_of(values: object) -> StepSequence:

@@ -10,6 +10,7 @@ from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.motions import home
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.tasks.checks import checked_by
 from bioscara.robot.tasks.fields import (
     Displacement,
     Name,
@@ -17,7 +18,6 @@ from bioscara.robot.tasks.fields import (
     Target,
     Turn,
     Via,
-    checked_by,
     waypoints,
 )
 from bioscara.robot.tasks.scope import Scope
@@ -225,7 +225,6 @@ class Home(Task, frozen=True, tag="home"):
     """
 
     scope = Scope.OPERATE
-    step = True
 
     joints: Annotated[tuple[str, ...] | None, checked_by(_chosen)] = None
     sensitivity: Annotated[int | dict[str, int] | None, checked_by(_sensitivity)] = None

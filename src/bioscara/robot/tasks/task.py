@@ -6,11 +6,14 @@ from typing import Any, ClassVar, NamedTuple
 
 import msgspec
 
+from bioscara.arguments import shown
+from bioscara.errors import InvalidArgumentError
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.planner import Plan, Planner
-from bioscara.robot.tasks.fields import Share, check_fields
+from bioscara.robot.tasks.checks import check_fields
+from bioscara.robot.tasks.fields import Share
 from bioscara.robot.tasks.scope import Scope
 
 
@@ -88,3 +91,13 @@ class PlannedMotion(Task, frozen=True, kw_only=True):
     def operation(self, arm: Arm, conditions: Conditions) -> FollowTrajectory:  # noqa: ARG002
         """Return the operation that plans and follows it."""
         return FollowTrajectory(f"{self.call()}()", self.plan, **conditions._asdict())
+
+
+def require_task(given: object) -> None:
+    """Raise unless a value is a task.
+
+    Raises:
+        InvalidArgumentError: It is something else.
+    """
+    if not isinstance(given, Task):
+        raise InvalidArgumentError(f"the task is {shown(given)}; give one of bioscara.robot.tasks")

@@ -320,18 +320,7 @@ class Connection(asyncio.Protocol):
         try:
             message = self._decode(payload)
         except Exception as error:  # noqa: BLE001  values are made, which refuse what they may
-            number = self._readable_number(payload)
-            refused: BioscaraError
-            if isinstance(error.__cause__, BioscaraError):
-                # Of a value that the task itself refused, as in the program that sent it.
-                refused = error.__cause__
-            elif isinstance(error, msgspec.DecodeError) and not isinstance(
-                error, msgspec.ValidationError
-            ):
-                refused = ProtocolError(f"the message cannot be read: {error}")
-            else:
-                refused = InvalidArgumentError(f"the request cannot be used: {error}")
-            self._reject(number, refused)
+            self._reject(self._readable_number(payload), framing.unusable(error))
             return
         if isinstance(message, m.ClientHello):
             self._greet(message)

@@ -21,7 +21,6 @@ from bioscara.api.failures import failure_of
 from bioscara.errors import (
     AccessError,
     BioscaraError,
-    InvalidArgumentError,
     OwnerLostError,
     ProtocolError,
 )
@@ -199,11 +198,10 @@ class Relay:
             message = framing.json_from_client.decode(payload)
         except msgspec.ValidationError as error:
             number = _number(payload) if self._greeted else None
-            refused = InvalidArgumentError(f"the request cannot be used: {error}")
-            await self._refuse(number, refused)
+            await self._refuse(number, framing.unusable(error))
             return None if number is not None else Closing(_INVALID, "a message cannot be used")
         except (msgspec.DecodeError, RecursionError) as error:
-            await self._refuse(None, ProtocolError(f"the message cannot be read: {error}"))
+            await self._refuse(None, framing.unusable(error))
             return Closing(_INVALID, "a message cannot be read")
         if isinstance(message, m.ClientHello):
             if self._greeted:

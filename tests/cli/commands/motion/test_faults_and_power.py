@@ -17,7 +17,6 @@ from bioscara.model import load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm, serve
 
 JOINTS = ("j1", "j2", "j3", "j4")
-pytestmark = pytest.mark.realtime
 
 
 @pytest.fixture

@@ -186,7 +186,7 @@ def test_p_pauses_a_motion_and_c_continues_it(
     sequence.write_text(f"schema: 1\nsteps:\n- {{kind: move_joints, joints: {goal}}}\n...\n")
     trajectory = tmp_path / "slow.csv"
     trajectory.write_text("time,j1\n0,0.0\n20,0.3\n")
-    target = ("--joints", "0.3", "0.2", "0.5", "0", "--speed", "0.05")
+    target = ("--joints", "0.3", "0.2", "0.5", "0", "--velocity-scaling", "0.05")
     words = {
         "move": ("move", *target),
         "run": ("run", str(trajectory), "--out", str(tmp_path / "o")),

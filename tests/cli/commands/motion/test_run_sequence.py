@@ -19,7 +19,7 @@ FILE = """\
 schema: 1
 title: there
 steps:
-- {kind: move_joints, joints: {j1: -0.6, j2: 0.2, j3: 1.2, j4: -0.6}}
+- {kind: move_joints, positions: {j1: -0.6, j2: 0.2, j3: 1.2, j4: -0.6}}
 - kind: move_linear
   pose: {x: 0.5, y: -0.1, z: 0.2, yaw: 0.0}
 - {kind: wait, seconds: 0.01}
@@ -60,7 +60,7 @@ def test_a_dry_run_moves_nothing(arm: SimulatedArm, capsys: pytest.CaptureFixtur
     ("words", "old", "new", "text"),
     [
         ("--dry-run", "x: 0.5", "x: 2", "step 2: (2, -0.1, 0.2) m, yaw 0 rad cannot be reached"),
-        ("", "0.01", "-1", "there.yaml, line 7: steps[2].seconds: -1 is outside 0 .. 3600 s"),
+        ("", "0.01", "-1", "there.yaml, line 7: steps[2].seconds: -1 s is outside 0 .. 3600 s"),
         ("--fit", "", "", "--fit applies only to trajectories, and there.yaml is a sequence"),
         ("--tool needle", "", "", "there is no tool 'needle'"),
         ("--from 0 0.2 0 0", "", "", "--from applies only to --dry-run"),

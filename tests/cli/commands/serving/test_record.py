@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 from bioscara.rosbag.recording_file import RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
@@ -34,27 +34,6 @@ def test_recording_is_what_record_does_without_another_word() -> None:
         assert (options.max_size, options.max_time) == (256_000_000, 3600.0)
     options = parse(["record", "--keep", "2g", "--max-size", "1.5M", "--max-time", "60"])
     assert (options.keep, options.max_size, options.max_time) == (2 * 10**9, 1_500_000, 60.0)
-
-
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        ("record sart", "there is no record command 'sart'; did you mean start?"),
-        ("record --size 3", "record start has no option --size"),
-        ("record --max-size much", "'much' is not a number"),
-        ("record --max-size 0", "'0' is not a size from 1 byte on"),
-        ("record --max-time 0", "'0' is not above zero"),
-        ("record --keep 1M", "--keep is smaller than --max-size"),
-        ("record info", "record info needs FILE"),
-        ("record export a.mcap", "record export needs one of --csv DIR, --parquet DIR"),
-    ],
-)
-def test_wrong_usage_is_refused(
-    words: str, complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit):
-        main(words.split())
-    assert complaint in capsys.readouterr().err
 
 
 def test_a_file_that_is_being_written_is_not_called_unfinished(

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.arguments import parse
+from bioscara.cli.parser import parse
 from processes import environment
 
 
@@ -43,18 +43,6 @@ def test_all_that_follows_ros_args_is_for_ros(words: list[str], arguments: list[
     assert not options.bus
 
 
-def test_words_of_other_commands_are_not_those_of_ros(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        parse(["web", "--ros-args"])
-    assert "web has no option --ros-args" in capsys.readouterr().err
-
-
-def test_an_arm_and_a_bus_exclude_one_another(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        parse(["ros", "--arm", "left", "--bus", "sim"])
-    assert "--arm and --bus exclude one another" in capsys.readouterr().err
-
-
 def test_serve_runs_the_node_with_arguments_of_ros() -> None:
     words = ["serve", "--with", "web,ros", "--with", "ros --ros-args --params-file f.yaml"]
     assert parse(words).gateways == [
@@ -64,7 +52,6 @@ def test_serve_runs_the_node_with_arguments_of_ros() -> None:
     ]
 
 
-@pytest.mark.realtime
 def test_the_owner_of_a_node_ends_with_it(start: Callable[..., subprocess.Popen[str]]) -> None:
     """Also where the node is killed: the kernel sends the signal."""
     program = (

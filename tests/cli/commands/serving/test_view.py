@@ -13,8 +13,8 @@ import pytest
 
 from bioscara.api.gateway_pages import page_of
 from bioscara.cli import main
-from bioscara.cli.arguments import parse
-from bioscara.cli.options import START
+from bioscara.cli.parser import parse
+from bioscara.cli.shared_arguments import START
 from bioscara.cli.view_source import viewed_from
 from bioscara.dashboard.viewed import Viewed
 from bioscara.model import load_parameters
@@ -45,7 +45,7 @@ def test_without_the_packages_of_the_page_the_error_names_them(
 
 @pytest.mark.realtime
 def test_it_serves_until_it_is_interrupted(start: Callable[..., subprocess.Popen[str]]) -> None:
-    view = start("-m", "bioscara", "view", "--port", "0")
+    view = start("-m", "bioscara", "view", "--port", "0", cold=True)
     assert view.stdout is not None
     line = view.stdout.readline()
     address = r"the arm in 3D: (http://127\.0\.0\.1:\d+)/viewer\.html#token=(\w+) .*\n$"
@@ -202,7 +202,7 @@ def test_a_source_that_cannot_be_shown_is_refused_in_one_sentence(
         ("good --name plate", "exclude one another"),
         ("--linear", "--linear applies to a planned motion; add --pose"),
         ("good --from 0 0.2 0 0", "--from applies to a planned motion"),
-        ("a.csv --speed 0.5", "--speed applies to a planned motion"),
+        ("a.csv --velocity-scaling 0.5", "--velocity-scaling applies to a planned motion"),
     ],
 )
 def test_options_that_would_be_ignored_are_refused(

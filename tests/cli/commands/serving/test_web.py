@@ -47,7 +47,6 @@ def started(start: Start, *words: str) -> tuple[subprocess.Popen[str], str]:
     return process, found[1]
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_it_serves_until_a_signal(number: signal.Signals, served: Served, start: Start) -> None:
     process, url = started(start)
@@ -64,11 +63,11 @@ def test_it_serves_until_a_signal(number: signal.Signals, served: Served, start:
     assert rest == f"its tokens are in {default_path(NAME)}: open the address with #token=...\n"
 
 
-@pytest.mark.realtime
 def test_a_terminal_gets_the_addresses_with_the_tokens(served: Served, start: Start) -> None:
     mine, its = pty.openpty()
     process = start(
         *("-m", "bioscara", "web", "--port", "0", "--tls-self-signed", "--arm", NAME),
+        cold=True,
         env=environment(),
         stdout=its,
     )
@@ -85,7 +84,6 @@ def test_a_terminal_gets_the_addresses_with_the_tokens(served: Served, start: St
     assert "fingerprint of its certificate: " in text
 
 
-@pytest.mark.realtime
 def test_serve_prints_one_address_on_a_terminal_that_of_operators(start: Start) -> None:
     mine, its = pty.openpty()
     words = ("serve", "--name", "alone", "--with", "web --port 0")
@@ -104,7 +102,6 @@ def test_serve_prints_one_address_on_a_terminal_that_of_operators(start: Start) 
     assert addresses == [f"#token={tokens.of(Scope.OPERATE)}"]
 
 
-@pytest.mark.realtime
 def test_an_arm_survives_the_death_of_its_gateway_and_the_lease_ends(
     served: Served, start: Start
 ) -> None:
@@ -156,24 +153,6 @@ def test_without_its_packages_the_error_names_them(
     assert "the web gateway needs fastapi" in error
     assert "pip install 'bioscara[web]'" in error
     assert len(error.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (["--tls-cert", "a"], "--tls-cert needs --tls-key"),
-        (["--tls-key", "a"], "--tls-key needs --tls-cert"),
-        (["--tls-cert", "a", "--tls-key", "b", "--tls-self-signed"], "exclude one another"),
-        (["--port", "70000"], "is not a port"),
-    ],
-)
-def test_wrong_usage_is_refused(
-    words: list[str], text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["web", *words])
-    assert caught.value.code == 2
-    assert text in capsys.readouterr().err
 
 
 def test_beyond_this_computer_it_needs_tls(

@@ -280,12 +280,6 @@ def test_a_joint_that_stays_silent_after_flashing_is_not_confirmed(
     assert "flashed, but not confirmed: j1 (0x11), HELLO" in capsys.readouterr().err
 
 
-def test_the_arm_in_this_process_has_no_board(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["flash", "--joint", "1", "--bus", "sim"])
-    assert "--bus sim has no board to flash" in capsys.readouterr().err
-
-
 def test_only_a_disabled_joint_of_this_firmware_starts_its_bootloader(
     arm: Callable[..., Arm],
 ) -> None:
@@ -510,22 +504,3 @@ def test_a_missing_image_is_named_before_the_bus_is_opened(
     assert main(ALL) == 2
     assert "there is no image for j3 here" in capsys.readouterr().err
     assert bus.tools.calls() == []
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ([], "--all finds the joints by their bus: name it, as --bus linux:1"),
-        (["--bus", "linux:1", "--joint", "1"], "--joint and --all exclude one another"),
-        (["--bus", "linux:1", "--swd"], "--all and --swd exclude one another"),
-        (["--bus", "linux:1", "j1.bin"], "--all and FILE exclude one another"),
-        (["--bus", "linux:1", "--serial", "1"], "--all and --serial exclude one another"),
-        (["--bus", "sim"], "--bus sim has no board to flash"),
-    ],
-)
-def test_options_of_one_joint_are_refused_with_all(
-    words: list[str], reason: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        main(["flash", "--all", *words])
-    assert reason in capsys.readouterr().err

@@ -92,22 +92,6 @@ def test_a_refusal_changes_nothing(
     assert [path.name for path in elsewhere.parent.iterdir()] == ["poses.yaml"]
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "poses",
-        "poses save a",
-        "poses save a --joints 1 2 3",
-        "poses save a --joints 0 0 0 0 --bus sim",
-        "poses save",
-    ],
-)
-def test_wrong_usage(words: str) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(words.split())
-    assert caught.value.code == 2
-
-
 def test_the_current_position_can_be_saved(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.robot.operations.test_arbiter import Scene as Bench
 
 from bioscara import Robot
 from bioscara.errors import (
@@ -29,6 +28,7 @@ from bioscara.planning.collision.shapes import Prism
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import SimulatedArm
+from robot.operations.test_arbiter import Scene as Bench
 from simulated import NEAR
 
 JAWS = load_parameters().gripper

@@ -10,11 +10,10 @@ import pytest
 
 from bioscara import Frame, Joints, NamedPose, Pose, Robot, TeachTable, load_parameters
 from bioscara.api import messages as m
-from bioscara.dashboard.sequences import task_of
-from bioscara.robot.sequences.calls import calls
+from bioscara.robot.planner import Planner
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
-from bioscara.robot.sequences.steps import StepSequence, sequence_of
+from bioscara.robot.sequences.steps import StepSequence, Wait, sequence_of
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.workspace.workspace import Workspace
 from robot.sequences.samples import EACH_KIND
@@ -57,7 +56,7 @@ def test_a_sequence_is_read_written_and_made_a_script(left: Site) -> None:
         refused = client.post(
             "/api/sequences/read?name=a.yaml", content=text.replace("seconds: 0.5", "seconds: -1")
         )
-        assert failure_of(refused)["text"].endswith("steps[1].seconds: -1 is outside 0 .. 3600 s")
+        assert failure_of(refused)["text"].endswith("steps[1].seconds: -1 s is outside 0 .. 3600 s")
         refused = client.post("/api/sequences/read?name=a.yaml", content=b"\xff")
         assert failure_of(refused)["text"] == "a.yaml: not a text file: byte 0 is not UTF-8"
         assert client.post("/api/sequences/write", content="{").status_code == 422
@@ -90,7 +89,7 @@ def test_a_sequence_is_planned_from_where_the_arm_is() -> None:
         assert [each["label"] for each in one["verdicts"]] == ["1 move_linear"]
 
 
-def test_each_call_has_its_task() -> None:
+def test_the_task_of_each_step_is_one_that_an_owner_understands() -> None:
     space = Workspace.of(load_parameters())
     with_names = space.with_table(
         TeachTable(
@@ -104,9 +103,10 @@ def test_each_call_has_its_task() -> None:
             (Frame("bench", Pose(0.3, 0.0, 0.2)),),
         )
     )
-    tasks = [task_of(call) for call in calls(EACH_KIND, with_names)]
-    assert tasks.count(None) == 1
-    # Each is one that an owner understands.
-    for task in filter(None, tasks):
-        sent = m.ClientRequest(id=1, command=m.Start(task=task))
-        assert msgspec.json.decode(msgspec.json.encode(sent), type=m.FromClient) == sent
+    planner = Planner(with_names, lambda: HALF)
+    tasks = [run.task(planner) for run in EACH_KIND.runs()]
+    assert [type(task) for task in tasks].count(Wait) == 1
+    for task in tasks:
+        if not isinstance(task, Wait):
+            sent = m.ClientRequest(id=1, command=m.Start(task=task))
+            assert msgspec.json.decode(msgspec.json.encode(sent), type=m.FromClient) == sent

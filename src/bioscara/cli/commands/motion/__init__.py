@@ -1,1 +1,1 @@
-"""Commands that move the arm, plan that, or deal with its faults."""
+"""Commands that move the arm, plan that, show the joints, or deal with faults."""

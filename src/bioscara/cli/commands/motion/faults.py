@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import shlex
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.opened_arm import acknowledge_faults, open_arm
-from bioscara.cli.options import Options
-from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.arm_choice import share_arm
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    share_arm(parser, lasting=True)
+
+
+def run(options: Options, output: Output) -> None:
     """List the faults that stopped the arm, write their evidence, or clear them.
 
     Raises:
         FaultedError: The evidence cannot be written; the faults stay.
-        BioscaraError: The arm cannot be used.
-        OSError: Standard output cannot be written.
     """
-    output = Output()
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.opened_arm import acknowledge_faults, open_arm
+
     with open_arm(options, parameters_from(options)) as robot:
         output.line(f"arm: {robot.description}")
         if not robot.faults:
@@ -31,8 +36,6 @@ def run(options: Options) -> int:
             recover = options.command == "recover"
             acknowledge_faults(robot, output.line, recover=recover)
             output.line("recovered" if recover else f"clear them: {_recover(options)}")
-    output.check()
-    return ExitStatus.OK
 
 
 def _recover(options: Options) -> str:

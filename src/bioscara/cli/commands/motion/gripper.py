@@ -2,25 +2,46 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.motion import carry_out, opened_arm
-from bioscara.cli.options import Options
+from typing import TYPE_CHECKING
+
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.parser import Options, Parser, number
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import InvalidArgumentError, LimitError
-from bioscara.model import GripperParameters
+
+if TYPE_CHECKING:
+    from bioscara.model import GripperParameters
 
 _ROUNDING_DEG = 0.01
 """Angle beyond a limit that is taken as the limit [deg]: -60 for one of -59.9994."""
 
 
-def run(options: Options) -> int:
-    """Move the jaws of the gripper; a real one holds its width after the command has ended.
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    parser.add_argument(
+        "width",
+        metavar="WIDTH",
+        nargs="?",
+        type=lambda word: word if word in {"open", "close"} else number(word),
+        help="width between the jaws [m], or open or close for the largest or smallest",
+    )
+    parser.add_argument(
+        "--servo-angle",
+        metavar="DEG",
+        type=number,
+        help="instead of a width: angle of the servo [deg], to mount its horn or measure a width",
+    )
+    share_arm(parser)
+    share(parser, "--acknowledge", "--deg", "--rate", "--priority")
 
-    Raises:
-        BioscaraError: The motion was refused before the jaws moved.
-        OSError: Standard output cannot be written.
-    """
-    output, parameters = Output(), parameters_from(options)
+
+def run(options: Options, output: Output) -> ExitStatus:
+    """Move the jaws of the gripper; a real one holds its width after the command has ended."""
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.motion import carry_out, opened_arm
+
+    parameters = parameters_from(options)
     width = _width(options, parameters.gripper)
     with opened_arm(options, parameters, output) as (robot, cancelled):
         status = carry_out(
@@ -36,7 +57,6 @@ def run(options: Options) -> int:
             )
             if options.servo_angle is not None:
                 output.line(f"at this width the servo is at {options.servo_angle:g} deg")
-    output.check()
     return status
 
 
@@ -62,9 +82,7 @@ def _width(options: Options, gripper: GripperParameters) -> float:
                 "deg",
                 f"there the jaws are {gripper.lower:g} .. {gripper.upper:g} m apart, their limits",
             )
-        width = gripper.zero_width + options.servo_angle / gripper.deg_per_m
+        width: float = gripper.zero_width + options.servo_angle / gripper.deg_per_m
         return min(max(width, gripper.lower), gripper.upper)
-    if isinstance(options.width, str):
-        return {"open": gripper.upper, "close": gripper.lower}[options.width]
-    assert options.width is not None  # noqa: S101  for the type checker
-    return options.width
+    ends = {"open": gripper.upper, "close": gripper.lower}
+    return float(ends.get(options.width, options.width))

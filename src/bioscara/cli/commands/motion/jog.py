@@ -3,44 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.motion import (
-    Progress,
-    carry_out,
-    limitation_line,
-    opened_arm,
-    show_position,
-    tool_line,
-)
-from bioscara.cli.opened_arm import arrange
-from bioscara.cli.options import Options
-from bioscara.cli.output.angles import angle_unit
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.target import scene_from
-from bioscara.cli.teach_table import lookup, read_table
-from bioscara.cli.terminal.jog_keys import JogKeys
-from bioscara.cli.terminal.keyboard import Keyboard
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import InvalidArgumentError
-from bioscara.kinematics import Pose
-from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
-from bioscara.report import CycleRecord
-from bioscara.robot.arm_methods import ArmMethods
-from bioscara.robot.workspace.tools import fingers
+
+if TYPE_CHECKING:
+    from bioscara.cli.motion import Progress
+    from bioscara.cli.terminal.jog_keys import JogKeys
+    from bioscara.cli.terminal.keyboard import Keyboard
+    from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+    from bioscara.report import CycleRecord
+    from bioscara.robot.arm_methods import ArmMethods
 
 _STEP_SCALING = 0.3
 """Share of the limits with which a step is made."""
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters", "--scene", "--table", "--tool")
+    share_arm(parser)
+    share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
+
+
+def run(options: Options, output: Output) -> ExitStatus:
     """Home the arm where necessary and move it by keys until ``q``; then release it.
 
     Raises:
         InvalidArgumentError: Standard input is no terminal, or an option is wrong.
-        BioscaraError: The arm cannot be used.
-        OSError: Standard output cannot be written.
     """
-    parameters, output = parameters_from(options), Output()
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.motion import (
+        carry_out,
+        limitation_line,
+        opened_arm,
+        show_position,
+        tool_line,
+    )
+    from bioscara.cli.opened_arm import arrange
+    from bioscara.cli.output.angles import angle_unit
+    from bioscara.cli.target import scene_from
+    from bioscara.cli.teach_table import lookup, read_table
+    from bioscara.cli.terminal.jog_keys import JogKeys
+    from bioscara.cli.terminal.keyboard import Keyboard
+    from bioscara.robot.workspace.tools import fingers
+
+    parameters = parameters_from(options)
     table, scene = read_table(options, fingers(parameters)), scene_from(options)
     tool = lookup(options, table.tool, options.tool)
     keys = JogKeys(parameters.joints)
@@ -58,15 +69,14 @@ def run(options: Options) -> int:
             _jog(robot, keyboard, keys, progress)
 
         status = carry_out(robot, cancelled, options, output, motion, caption)
-        if status is not ExitStatus.OK:
-            return status
-        show_position(robot, options, output)
-    output.check()
-    return ExitStatus.OK
+        if status is ExitStatus.OK:
+            show_position(robot, options, output)
+    return status
 
 
 def _jog(robot: ArmMethods, keyboard: Keyboard, keys: JogKeys, progress: Progress) -> None:
     """Jog until ``q`` or the end of the terminal; steps are planned motions in between."""
+    from bioscara.kinematics import Pose
 
     def velocity() -> JointVelocity | ToolVelocity | None:
         now = robot.state.time

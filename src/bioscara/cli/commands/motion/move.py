@@ -2,74 +2,60 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
-from bioscara.cli.opened_arm import arrange
-from bioscara.cli.options import Options
-from bioscara.cli.output.angles import angle_unit
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
-from bioscara.cli.target import (
-    check_target,
-    describe,
-    plan_target,
-    scene_from,
-    target_planner,
-)
-from bioscara.cli.teach_table import read_table
-from bioscara.cli.terminal.keyboard import motion_keys
-from bioscara.robot.arm_methods import ArmMethods
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share, share_target
 
 
-def run(options: Options) -> int:
-    """Home the arm where necessary, move it to a target and release it.
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    share_target(parser)
+    share(parser, "--scene", "--csv", "--plot")
+    share_arm(parser)
+    share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 
-    Raises:
-        BioscaraError: The motion was refused or failed before anything moved.
-        OSError: Standard output cannot be written.
-    """
+
+def run(options: Options, output: Output) -> ExitStatus:
+    """Home the arm where necessary, move it to a target and release it."""
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
+    from bioscara.cli.output.angles import angle_unit
+    from bioscara.cli.output.plots import require_files, write_files
+    from bioscara.cli.target import (
+        arrange_owned,
+        check_target,
+        describe,
+        plan_target,
+        target_planner,
+    )
+    from bioscara.cli.terminal.keyboard import motion_keys
+
     require_files(options)
-    parameters, output = parameters_from(options), Output()
+    parameters = parameters_from(options)
     wanted = None if options.arm else target_planner(options, parameters).workspace
     with (
         opened_arm(options, parameters, output) as (robot, cancelled),
         motion_keys(output) as keyboard,
     ):
         if wanted is None:
-            # The owner's table and scene apply where no option names others.
-            _arrange_owned(robot, options)
+            arrange_owned(robot, options)
+            check_target(robot.plan, options)
         else:
             robot.table, robot.scene, robot.tool = wanted.table, wanted.scene, wanted.tool
-        status = carry_out(
-            robot,
-            cancelled,
-            options,
-            output,
-            lambda progress: _move(robot, options, progress),
-            keyboard=keyboard,
-        )
-        if status is not ExitStatus.OK:
-            return status
-        show_position(robot, options, output)
-    output.check()
-    return ExitStatus.OK
 
+        def move(progress: Progress) -> None:
+            progress.phase("homing the joints that are not homed")
+            robot.home(on_cycle=progress.cycle)
+            plan = plan_target(robot.plan, options)
+            for line in describe(plan, robot.kinematics, angle_unit(options)):
+                progress.note(line)
+            for line in write_files(options, plan, robot.plan, robot.parameters):
+                progress.note(line)
+            progress.phase("moving")
+            robot.execute(plan, on_cycle=progress.cycle)
 
-def _arrange_owned(robot: ArmMethods, options: Options) -> None:
-    table = read_table(options, robot.table.fingers) if options.table else robot.table
-    arrange(robot, options, table, scene_from(options), options.tool)
-    check_target(robot.plan, options)
-
-
-def _move(robot: ArmMethods, options: Options, progress: Progress) -> None:
-    progress.phase("homing the joints that are not homed")
-    robot.home(on_cycle=progress.cycle)
-    plan = plan_target(robot.plan, options)
-    for line in describe(plan, robot.kinematics, angle_unit(options)):
-        progress.note(line)
-    if options.csv is not None:
-        progress.note(write_trajectory(options.csv, plan.trajectory))
-    if options.plot is not None:
-        progress.note(write_picture(options.plot, plan, robot.plan, robot.parameters, "move"))
-    progress.phase("moving")
-    robot.execute(plan, on_cycle=progress.cycle)
+        status = carry_out(robot, cancelled, options, output, move, keyboard=keyboard)
+        if status is ExitStatus.OK:
+            show_position(robot, options, output)
+    return status

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.options import Options
-from bioscara.cli.output.angles import angle_unit
-from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
-from bioscara.cli.target import describe, plan_target, target_planner
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share, share_target
 
 
-def run(options: Options) -> int:
-    """Plan a motion and describe it; no arm is needed and nothing moves.
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    share(parser, "--from", help="joint positions at the start")
+    share_target(parser)
+    share(parser, "--scene", "--csv", "--plot", "--full-speed", "--deg")
 
-    Raises:
-        BioscaraError: The motion cannot be planned.
-    """
+
+def run(options: Options, output: Output) -> None:
+    """Plan a motion and describe it; no arm is needed and nothing moves."""
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.output.angles import angle_unit
+    from bioscara.cli.output.plots import require_files, write_files
+    from bioscara.cli.target import describe, plan_target, target_planner
+
     require_files(options)
-    parameters, output = parameters_from(options), Output()
+    parameters = parameters_from(options)
     planner = target_planner(options, parameters)
     plan = plan_target(planner, options)
-    for line in describe(plan, planner.kinematics, angle_unit(options)):
-        output.line(line)
-    if options.csv is not None:
-        output.line(write_trajectory(options.csv, plan.trajectory))
-    if options.plot is not None:
-        output.line(write_picture(options.plot, plan, planner, parameters, "plan"))
-    output.check()
-    return ExitStatus.OK
+    output.lines(describe(plan, planner.kinematics, angle_unit(options)))
+    output.lines(write_files(options, plan, planner, parameters))

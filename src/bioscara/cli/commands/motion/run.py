@@ -1,380 +1,77 @@
-"""``bioscara run FILE`` and ``bioscara demo``: check, home, follow, stop, report.
-
-A sequence of steps is carried out by :mod:`bioscara.cli.sequence`.
-"""
+"""``bioscara run``."""
 
 from __future__ import annotations
 
-import math
-from contextlib import nullcontext
-from dataclasses import dataclass
-from datetime import datetime
-from importlib.resources import as_file, files
 from pathlib import Path
-from typing import NamedTuple
 
-from bioscara.cli import sequence
-from bioscara.cli.arm_parameters import overlay_notes, parameters_from
-from bioscara.cli.motion import Progress, tool_line
-from bioscara.cli.opened_arm import (
-    acknowledge_faults,
-    at_full_speed,
-    introduce,
-    left,
-    open_arm,
-    remedy,
-    require_acknowledgement,
-)
-from bioscara.cli.options import FINGERS, Options
-from bioscara.cli.output.angles import angle_unit
-from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.output.live_view import make_view
-from bioscara.cli.output.observer import Observer
-from bioscara.cli.signals import StopRequest
-from bioscara.cli.target import scene_from
-from bioscara.cli.terminal.keyboard import motion_keys
-from bioscara.connect import Robot
-from bioscara.control.loop.realtime import realtime
-from bioscara.errors import (
-    BioscaraError,
-    InvalidArgumentError,
-    MotionCancelledError,
-    ZoneError,
-)
-from bioscara.extras import install
-from bioscara.model import ArmParameters, JointParameters
-from bioscara.planning import Trajectory, check, read, write_csv
-from bioscara.planning import fit as stretch
-from bioscara.planning.collision.scene import Scene
-from bioscara.report import (
-    CycleHistory,
-    JointInfo,
-    Outcome,
-    RunFolder,
-    RunSummary,
-    png,
-    text,
-)
-from bioscara.report.folder import TRAJECTORY, default_path
-from bioscara.robot.arm_methods import ArmMethods
-from bioscara.robot.operations.motions.follow_trajectory import checked
-from bioscara.robot.planner import Plan, Planner
-from bioscara.robot.sequences.sequence_file import is_sequence
-from bioscara.robot.workspace.workspace import Workspace
-from bioscara.version import __version__
-
-_HOMING_CYCLES = 10_000
-"""Upper bound of the number of records of homing and approach."""
+from bioscara.cli.arm_choice import share_arm
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import FINGERS, share
+from bioscara.errors import InvalidArgumentError
 
 
-def run(options: Options) -> int:
-    """Check the trajectory, of the file or the package, home the arm, follow it and report.
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        type=Path,
+        help="ROS 2 trajectory as YAML (as 'ros2 topic echo' writes it) or CSV, or a sequence of "
+        "steps as YAML",
+    )
+    parser.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="check or plan it and print the duration of each step; nothing moves",
+    )
+    share(parser, "--from", help="joint positions at the start of a dry run of a sequence")
+    share(parser, "--table")
+    share(parser, "--tool", help="name of the tool that is mounted, for a sequence")
+    parser.add_argument(
+        "--fit",
+        action="store_true",
+        help="stretch the trajectory in time where it exceeds a speed or acceleration limit",
+    )
+    share(parser, "--scene", "--out")
+    share_arm(parser)
+    share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
+
+
+def run(options: Options, output: Output) -> ExitStatus | None:
+    """Home the arm and follow the trajectory of a file or carry out its sequence, and report.
 
     Raises:
         TrajectoryError: The file cannot be read, or its trajectory cannot be executed.
-        BioscaraError: The run was refused or failed otherwise before anything moved.
     """
-    if options.command == "run" and is_sequence(options.file):
-        return sequence.run(options)
-    if options.command == "run":
-        for word, given in (
-            ("--tool", options.tool != FINGERS),
-            ("--table", options.table is not None),
-            ("--from", options.start is not None),
-        ):
-            if given:
-                raise InvalidArgumentError(
-                    f"{word} applies only to sequences of steps, and {options.file} is a "
-                    "trajectory; leave it out"
-                )
-    parameters = parameters_from(options)
-    if options.command == "demo":
-        with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
-            job = prepare(
-                path,
-                "demo",
-                "demonstration: lower, lift, swing over",
-                parameters,
-                Scene(),
-                full_speed=options.full_speed,
+    from bioscara.cli import job, sequence
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.target import scene_from
+    from bioscara.robot.sequences.sequence_file import is_sequence
+
+    if is_sequence(options.file):
+        return sequence.run(options, output)
+    for word, given in (
+        ("--tool", options.tool != FINGERS),
+        ("--table", options.table is not None),
+        ("--from", options.start is not None),
+    ):
+        if given:
+            raise InvalidArgumentError(
+                f"{word} applies only to sequences of steps, and {options.file} is a trajectory; "
+                "leave it out"
             )
-        if options.watch:
-            # Imported here: without the page, nothing of it is needed.
-            from bioscara.cli.watch import watch  # noqa: PLC0415
-
-            return watch(lambda: run_job(job, parameters, options), parameters, options)
-    else:
-        job = prepare(
-            options.file,
-            options.file.stem,
-            str(options.file),
-            parameters,
-            scene_from(options),
-            fit=options.fit,
-            full_speed=options.full_speed,
-        )
-    if options.command == "run" and options.dry_run:
-        return _describe(job, parameters, options)
-    return run_job(job, parameters, options)
-
-
-def _describe(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus:
-    output, planned, notes = Output(), job.planned, job.notes
-    if options.arm is not None:
-        plan = _plan_for_owner(job, options)
-        planned, notes = plan.trajectory, tuple(dict.fromkeys(job.notes + plan.notes))
-    output.line(f"trajectory: {job.source}, {planned.duration:.2f} s")
-    for note in (*notes, *_held(job.trajectory, planned, parameters, options)):
-        output.line(f"note: {note}")
-    output.check()
-    return ExitStatus.OK
-
-
-def _plan_for_owner(job: Job, options: Options) -> Plan:
-    """Return the plan in the workspace of a served arm, from where its other joints are."""
-    with Robot.connect(f"arm:{options.arm}") as robot:
-        workspace = robot.plan.workspace
-        if options.scene is not None:
-            workspace = workspace.with_scene(job.scene)
-        if options.full_speed:
-            workspace = workspace.with_reduced_speed(False)
-        joints, positions = robot.parameters.joints, robot.state.positions
-    here = [
-        _homed_at(joint) if math.isnan(position) else position
-        for joint, position in zip(joints, positions, strict=True)
-    ]
-    return checked(job.trajectory, Planner(workspace, lambda: here))
-
-
-def _held(
-    trajectory: Trajectory, planned: Trajectory, parameters: ArmParameters, options: Options
-) -> tuple[str, ...]:
-    """Return a note on the joints that a trajectory does not name, if there are any."""
-    angles = angle_unit(options)
-    places = [
-        f"{joint.name} at {angles.quantity(position, joint.unit)}"
-        for joint, position in zip(parameters.joints, planned.positions[0].tolist(), strict=True)
-        if joint.name not in trajectory.joint_names
-    ]
-    return (f"held, as not in the trajectory: {', '.join(places)}",) if places else ()
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """A trajectory that was checked to be executable.
-
-    Attributes:
-        title: Name of the run.
-        source: Origin of the trajectory, in words.
-        trajectory: Trajectory to execute.
-        planned: The same as the arm follows it, slowed down and averaged, of all joints.
-        notes: Notes on the trajectory for the user.
-        scene: Surroundings to keep clear of, also during the motion to the start.
-    """
-
-    title: str
-    source: str
-    trajectory: Trajectory
-    planned: Trajectory
-    notes: tuple[str, ...]
-    scene: Scene
-
-
-def prepare(
-    path: Path,
-    title: str,
-    source: str,
-    parameters: ArmParameters,
-    scene: Scene,
-    *,
-    fit: bool = False,
-    full_speed: bool = False,
-) -> Job:
-    """Read a trajectory file and check that the arm can execute it.
-
-    Args:
-        path: The file.
-        title: Name of the run.
-        source: Origin of the trajectory, in words.
-        parameters: Parameters of the arm; the trajectory must be within its limits.
-        scene: Surroundings to keep clear of.
-        fit: Whether to stretch the trajectory in time where it is too fast for a joint.
-        full_speed: Whether the tool may be faster than 250 mm/s.
-
-    Raises:
-        TrajectoryError: The file cannot be read, or the arm cannot execute its trajectory.
-        ZoneError: The path of the trajectory is not free.
-    """
-    trajectory, notes = read(path)
-    if fit:
-        trajectory, factor = stretch(trajectory, parameters.joints)
-        if factor > 1.0:
-            notes += (f"stretched in time by {factor:.4f} to fit the limits",)
-    homed = [_homed_at(joint) for joint in parameters.joints]
-    planner = Planner(
-        Workspace.of(parameters, reduced_speed=not full_speed).with_scene(scene), lambda: homed
+    parameters = parameters_from(options)
+    prepared = job.prepare(
+        options.file,
+        options.file.stem,
+        str(options.file),
+        parameters,
+        scene_from(options),
+        fit=options.fit,
+        full_speed=options.full_speed,
     )
-    # Positions of joints that it does not name are known only after homing: then everything is
-    # planned again.
-    others = [name for name in planner.joint_names if name not in trajectory.joint_names]
-    try:
-        plan = checked(trajectory, planner)
-    except ZoneError as error:
-        if not others:
-            raise
-        where = ", ".join(others)
-        notes += (*check(trajectory, parameters.joints), f"with {where} as homed: {error}")
-        planned = trajectory.completed(planner.joint_names, homed)
-        return Job(title, source, trajectory, planned, notes, scene)
-    return Job(title, source, trajectory, plan.trajectory, notes + plan.notes, scene)
-
-
-def _homed_at(joint: JointParameters) -> float:
-    """Return where homing leaves a joint [rad or m]."""
-    return joint.upper if joint.homing.velocity > 0.0 else joint.lower
-
-
-class _Result(NamedTuple):
-    """Result of a motion: fields of :class:`RunSummary`, and what the arm was to follow."""
-
-    outcome: Outcome
-    message: str
-    faults: tuple[str, ...]
-    warnings: tuple[str, ...]
-    planned: Trajectory
-
-
-def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus:
-    """Home the arm, execute the plan, leave the arm disabled and write the report.
-
-    Raises:
-        BioscaraError: The run was refused or failed before anything moved.
-        OSError: Standard output cannot be written.
-    """
-    output, started = Output(), datetime.now().astimezone()
-    path = options.out or default_path(Path("runs"), job.title, started)
-    priority = nullcontext() if options.priority is None else realtime(options.priority)
-    with StopRequest() as cancelled, priority, open_arm(options, parameters, path) as robot:
-        if options.arm is None or options.scene is not None:
-            robot.scene = job.scene
-        introduce(robot, options, output.line)
-        require_acknowledgement(robot, options)
-        output.line(f"trajectory: {job.source}, {job.planned.duration:.2f} s")
-        for note in job.notes:
-            output.line(f"note: {note}")
-        names = tuple(joint.name for joint in robot.parameters.joints)
-        folder = RunFolder.create(
-            path,
-            names,
-            _HOMING_CYCLES + int(job.planned.duration / robot.period),
-        )
-        try:
-            _keep_trajectory(folder, job.planned)
-        except InvalidArgumentError:
-            folder.discard()
-            raise
-        acknowledge_faults(robot, output.line)
-        history = CycleHistory(names)
-        angles = angle_unit(options)
-        units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
-        view = make_view(output, units, angles, tool_line(robot, angles))
-        with (
-            motion_keys(output) as keyboard,
-            Observer(view, folder.samples, history) as observer,
-            at_full_speed(robot, options),
-        ):
-            progress = Progress(robot, cancelled, observer, job.notes, keyboard)
-            result = _move(robot, job, folder, progress, observer, options)
-        summary = RunSummary(
-            title=job.title,
-            arm=robot.description,
-            source=job.source,
-            version=__version__,
-            started=started,
-            outcome=result.outcome,
-            message=result.message,
-            joints=tuple(
-                JointInfo(joint.name, joint.address, joint.unit, firmware)
-                for joint, firmware in zip(robot.parameters.joints, robot.firmware, strict=True)
-            ),
-            planned_duration=result.planned.duration,
-            notes=(
-                *overlay_notes(options, parameters),
-                *job.notes,
-                *_held(job.trajectory, result.planned, parameters, options),
-                *result.warnings,
-            ),
-            faults=result.faults,
-        )
-    return _finish(summary, history, folder, observer.problem, output)
-
-
-def _keep_trajectory(folder: RunFolder, planned: Trajectory) -> None:
-    try:
-        write_csv(folder.path / TRAJECTORY, planned)
-    except OSError as error:
-        raise InvalidArgumentError(
-            f"{folder.path / TRAJECTORY} cannot be written: {error.strerror or error}; "
-            f"choose another folder with --out"
-        ) from error
-
-
-def _move(
-    robot: ArmMethods,
-    job: Job,
-    folder: RunFolder,
-    progress: Progress,
-    observer: Observer,
-    options: Options,
-) -> _Result:
-    """Move the arm, leave it at rest and return the result."""
-    outcome, message = Outcome.COMPLETED, ""
-    faults: tuple[str, ...] = ()
-    planned = job.planned
-    try:
-        progress.phase("homing " + ", ".join(robot.parameters.homing_order))
-        robot.home(on_cycle=progress.cycle)
-        if options.arm is not None or len(job.trajectory.joint_names) < len(
-            robot.parameters.joints
-        ):
-            # Where the other joints are; an owner has its own speed, tool and load.
-            planned = checked(job.trajectory, robot.plan).trajectory
-            _keep_trajectory(folder, planned)
-        progress.phase("following the trajectory")
-        robot.follow(job.trajectory, approach=True, on_cycle=progress.cycle)
-    except MotionCancelledError as error:
-        outcome, message = Outcome.CANCELLED, f"{error}; {left(options)}"
-    except BioscaraError as error:
-        faults = tuple(map(str, robot.faults)) or (str(error),)
-        outcome, message = Outcome.FAILED, faults[0] + remedy(robot)
-    if options.arm is None:
-        observer.phase("stopping and disabling all joints")
-    problems = robot.shutdown()
-    if problems and outcome is not Outcome.FAILED:
-        outcome, message = Outcome.FAILED, problems[0]
-    warnings = tuple(progress.warnings)
-    return _Result(outcome, message, (*faults, *problems), warnings, planned)
-
-
-def _finish(
-    summary: RunSummary, history: CycleHistory, folder: RunFolder, problem: str, output: Output
-) -> ExitStatus:
-    """Write the files, show the report, return the exit status."""
-    written, problems = folder.finish(summary, history)
-    output.line()
-    for line in [*text.render(summary, history).splitlines(), ""]:
-        output.line(line)
-    for path in written:
-        output.line(f"wrote {path}")
-    if not png.available():
-        output.line(f"no plot.png: matplotlib is not installed: {install('plot')}")
-    if problem:
-        problems.insert(0, problem)
-    for sentence in problems:
-        complain(sentence)
-    if summary.outcome is not Outcome.COMPLETED:
-        complain(summary.message)
-    output.check()
-    if summary.outcome is Outcome.CANCELLED:
-        return ExitStatus.INTERRUPTED
-    return ExitStatus.FAILED if problems or summary.outcome is Outcome.FAILED else ExitStatus.OK
+    if options.dry_run:
+        job.describe(prepared, parameters, options, output)
+        return None
+    return job.run_job(prepared, parameters, options, output)

@@ -1,1 +1,1 @@
-"""Commands about an arm of many programs: its owner, gateways, recordings, looking, STOP."""
+"""Commands that let other programs use an arm: its owner, gateways, recordings, the 3D view."""

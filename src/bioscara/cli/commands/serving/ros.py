@@ -7,17 +7,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from bioscara.api.runtime import DEFAULT
-from bioscara.cli.commands.serving.owners import owner_name
-from bioscara.cli.options import Options
-from bioscara.cli.output.console import ExitStatus
-from bioscara.cli.signals import StopRequest
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import ConfigurationError
-from bioscara.model.urdf import URDF
-from bioscara.ros import owner_process
-from bioscara.ros.owner_process import OwnerProcess, require_free
-
-_BRINGUP = Path(owner_process.__file__).with_name("bringup.yaml")
-"""Parameters of the manager and its controllers, where no argument of ROS is given."""
 
 _NEEDED = (
     "rclpy",
@@ -32,16 +25,37 @@ _NEEDED = (
 )
 
 
+def arguments(parser: Parser) -> None:
+    parser.leave("ros_arguments", "--ros-args", "--")
+    share(parser, "--arm")
+    parser.add_argument(
+        "--bus",
+        metavar="BUS",
+        default="",
+        help="own the arm on this bus, 'sim' (simulated) or 'linux:1' (I2C bus 1), instead of "
+        "using that of another owner; it is named as --arm says, else 'arm'",
+    )
+    share(parser, "--homed")
+    parser.checks.append(_check_arm)
+
+
+def _check_arm(parser: Parser, options: Options) -> None:
+    if options.bus and options.arm:
+        parser.error("--arm and --bus exclude one another; leave out one of them")
+
+
 def own_description() -> str:
     """Return the description of a node that is given none.
 
     The robot has the name that it has in the packages of ROS: MoveIt compares it with that of its
     semantic description.
     """
+    from bioscara.model.urdf import URDF
+
     return URDF.read_text().replace('<robot name="bioscara">', '<robot name="scene">', 1)
 
 
-def run(options: Options) -> int:
+def run(options: Options, output: Output) -> None:  # noqa: ARG001
     """Run the node of ROS 2 until Ctrl-C.
 
     Raises:
@@ -56,22 +70,27 @@ def run(options: Options) -> int:
             "setup.bash and use an environment with --system-site-packages; without, make ros2 in "
             "the repository makes one, .venv-ros2"
         )
+    from bioscara.cli.owner_link import owner_name
+    from bioscara.cli.signals import StopRequest
+    from bioscara.ros import owner_process
+
     arm = (options.arm or DEFAULT) if options.bus else owner_name(options)
     if options.bus:
-        require_free(arm)
-    # Imported here: they need rclpy.
-    from bioscara.ros.node import ControllerManagerNode  # noqa: PLC0415
+        owner_process.require_free(arm)
+    from bioscara.ros.node import ControllerManagerNode  # needs rclpy
 
     # Handled first: launch repeats Ctrl-C, and the second one must not interrupt the end.
     with StopRequest() as cancelled, ExitStack() as owner:
         arguments, description = options.ros_arguments, ""
         if not arguments:
-            arguments = ["--ros-args", "--params-file", str(_BRINGUP)]
+            bringup = Path(owner_process.__file__).with_name("bringup.yaml")
+            arguments = ["--ros-args", "--params-file", str(bringup)]
             description = own_description()
         node = ControllerManagerNode(arm, arguments, description)
         process = None
         if options.bus:
             rate = node.parameter("update_rate")
-            process = owner.enter_context(OwnerProcess(options.bus, arm, rate, homed=options.homed))
+            process = owner.enter_context(
+                owner_process.OwnerProcess(options.bus, arm, rate, homed=options.homed)
+            )
         node.run(cancelled, process)
-    return ExitStatus.OK

@@ -2,22 +2,97 @@
 
 from __future__ import annotations
 
-import asyncio
+import argparse
 import os
-import signal
+import shlex
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from bioscara.api.runtime import OwnerClaim
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.options import Options
-from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.signals import StopRequest
-from bioscara.cli.teach_table import table_file
-from bioscara.connect import Robot
+from bioscara.cli.arm_choice import share_arm
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser, number, parse
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.server import log
-from bioscara.server.owner import Owner
-from bioscara.server.serve import ServeSettings, serve
+from bioscara.spelling import did_you_mean
+
+if TYPE_CHECKING:
+    from bioscara.server.owner import Owner
+
+_GATEWAYS = ("web", "record", "ros")
+"""Commands that an owner can start."""
+
+
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    share_arm(parser, owned=False)
+    parser.add_argument(
+        "--name", metavar="NAME", default="arm", help="name of the arm for clients (default: arm)"
+    )
+    share(parser, "--rate", "--priority")
+    parser.add_argument(
+        "--real-time-factor",
+        metavar="N",
+        type=number,
+        default=1.0,
+        help="let the arm simulated in this process be N times as fast as real time (default 1)",
+    )
+    parser.add_argument(
+        "--with",
+        dest="gateways",
+        metavar="LIST",
+        type=_gateways,
+        action="extend",
+        default=[],
+        help="also run these gateways, as web,record or 'web --port 9000' with options; repeatable",
+    )
+    parser.add_argument(
+        "--group",
+        metavar="GROUP",
+        default="",
+        help="let the members of this group be clients, too (default: this user alone)",
+    )
+    parser.add_argument(
+        "--evidence",
+        metavar="DIR",
+        type=Path,
+        default=Path("faults"),
+        help="folder for the flight records of faults (default: faults)",
+    )
+    share(
+        parser, "--table", help="file with the poses, in which those that clients teach are saved"
+    )
+    share(
+        parser,
+        "--scene",
+        help="file with the zones and the table; a scene that a client sets is saved in it",
+    )
+    parser.add_argument("--json", action="store_true", help="write the log as JSON")
+    share(parser, "--seed", help="seed of the simulation")
+    share(parser, "--homed")
+    parser.checks.append(_check_gateways)
+
+
+def _gateways(word: str) -> list[tuple[str, ...]]:
+    """Return the words of the gateways in an argument: their names, or one name with options."""
+    try:
+        words = shlex.split(word)
+    except ValueError as error:
+        text = f"{word.strip()!r} cannot be read: {str(error).lower()}"
+        raise argparse.ArgumentTypeError(text) from None
+    found: list[tuple[str, ...]] = [(name,) for name in word.split(",") if name]
+    if len(words) > 1:
+        found = [tuple(words)]
+    for name, *_ in found:
+        if name not in _GATEWAYS:
+            hint = did_you_mean(name, _GATEWAYS, f"there are {', '.join(_GATEWAYS)}")
+            raise argparse.ArgumentTypeError(f"there is no gateway {name!r}; {hint}")
+    return found
+
+
+def _check_gateways(_: Parser, options: Options) -> None:
+    """Refuse wrong options here, and not each time that the owner starts the gateway."""
+    for name, *words in options.gateways:
+        parse([name, "--arm", options.name, *words])
 
 
 def _with_one_address(words: tuple[str, ...]) -> tuple[str, ...]:
@@ -48,16 +123,26 @@ def _state_folder() -> Path:
     return Path(os.environ.get("XDG_STATE_HOME") or "~/.local/state").expanduser() / "bioscara"
 
 
-def run(options: Options) -> int:
+def run(options: Options, output: Output) -> None:
     """Own an arm until Ctrl-C or SIGTERM; it is at rest and released then.
 
     Raises:
-        InvalidArgumentError: An option cannot be used.
         BusyOwnerError: An owner of that name runs.
         BioscaraError: The arm cannot be used, or a joint could not be released.
-        OSError: The socket cannot be made, or standard output cannot be written.
+        OSError: The socket cannot be made.
     """
-    output, parameters = Output(), parameters_from(options)
+    import asyncio
+    import signal
+
+    from bioscara.api.runtime import OwnerClaim
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.signals import StopRequest
+    from bioscara.cli.teach_table import table_file
+    from bioscara.connect import Robot
+    from bioscara.server import log
+    from bioscara.server.serve import ServeSettings, serve
+
+    parameters = parameters_from(options)
     settings = ServeSettings(
         name=options.name,
         bus=options.bus,
@@ -69,10 +154,12 @@ def run(options: Options) -> int:
         group=options.group,
         gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,
-        speed=options.speed,
+        speed=options.real_time_factor,
     )
-    if options.speed != 1.0 and options.bus != "sim":
-        raise InvalidArgumentError("--speed applies only to the arm simulated in this process")
+    if options.real_time_factor != 1.0 and options.bus != "sim":
+        raise InvalidArgumentError(
+            "--real-time-factor applies only to the arm simulated in this process"
+        )
     log.set_up(as_json=options.json)
     claim = OwnerClaim(settings.name, settings.bus)
 
@@ -82,8 +169,8 @@ def run(options: Options) -> int:
 
     async def until_signal() -> None:
         loop, ended = asyncio.get_running_loop(), asyncio.Event()
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            loop.add_signal_handler(number, ended.set)
+        for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            loop.add_signal_handler(each, ended.set)
         if early.requested:
             ended.set()
         await serve(robot, settings, claim, ended, ready)
@@ -108,5 +195,3 @@ def run(options: Options) -> int:
     finally:
         claim.close()
     output.line(f"{settings.name} is not served any more; its joints are released")
-    output.check()
-    return ExitStatus.OK

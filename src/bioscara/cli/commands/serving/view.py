@@ -6,37 +6,79 @@ import socket
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.commands.serving.web import require_packages
-from bioscara.cli.options import Options
-from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.signals import StopRequest
-from bioscara.cli.view_source import SERVED, is_arm, onlooker_of, viewed_from
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import FINGERS, share, share_target
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.server import log
 
 if TYPE_CHECKING:
     from bioscara.web.gateway import PageServer
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    parser.add_argument(
+        "source",
+        metavar="SOURCE",
+        nargs="?",
+        help="folder of a run, recording, trajectory file, sim:/path.sock for the arm that "
+        "'bioscara simulate' runs, while a program uses it, or arm:NAME for one that "
+        "'bioscara serve' runs (default: sliders, or the plan to the target)",
+    )
+    share(parser, "--from", help="joint positions at the start of the plan")
+    share_target(parser, required=False)
+    share(parser, "--full-speed", "--deg")
+    share(
+        parser,
+        "--port",
+        help="TCP port to listen on (default 8080); the next free one is taken if it is in use",
+    )
+    share(parser, "--scene", help="file with the zones and the table to show")
+    parser.checks.append(_check)
+
+
+def _check(parser: Parser, options: Options) -> None:
+    """Refuse options of ``view`` that exclude one another."""
+    planned = has_target(options)
+    if planned and options.source is not None:
+        parser.error(f"{options.source} and a target exclude one another; leave out one of them")
+    given = {
+        "--from": options.start is not None,
+        "--table": options.table is not None,
+        "--tool": options.tool != FINGERS,
+        "--linear": options.linear,
+        "--via": options.via is not None,
+        "--velocity-scaling": options.velocity_scaling != 1.0,
+        "--full-speed": options.full_speed,
+    }
+    for word, is_given in given.items():
+        if is_given and not planned:
+            parser.error(f"{word} applies to a planned motion; add --pose, --joints or --name")
+
+
+def has_target(options: Options) -> bool:
+    """Return whether a planned motion is to be shown."""
+    return bool(options.name) or options.pose is not None or options.joints is not None
+
+
+def run(options: Options, output: Output) -> None:
     """Show the arm in the browser until Ctrl-C.
 
     Raises:
         ConfigurationError: A package is missing, no port is free, or a file cannot be read.
         InvalidArgumentError: The source cannot be shown.
         BioscaraError: The motion cannot be planned, or there is no arm to look at.
-        OSError: Standard output cannot be written.
     """
     require_packages()
-    output = Output()
+    from bioscara.cli.signals import StopRequest
+    from bioscara.server import log
+
     log.set_up(as_json=False)
     with StopRequest() as cancelled:
         server, address = _server(options)
         output.line(f"the arm in 3D: {address} (from this computer only; Ctrl-C ends it)")
         server.run(cancelled)
-    output.check()
-    return ExitStatus.OK
 
 
 def _server(options: Options) -> tuple[PageServer, str]:
@@ -45,10 +87,11 @@ def _server(options: Options) -> tuple[PageServer, str]:
     Raises:
         BioscaraError: There is nothing to show, for a reason that the message gives.
     """
-    # Imported here: installed by an extra.
-    from bioscara.robot.tasks.scope import Scope  # noqa: PLC0415
-    from bioscara.web.gateway import LOOPBACK, Gateway, GatewaySettings  # noqa: PLC0415
-    from bioscara.web.viewer import ViewServer  # noqa: PLC0415
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.view_source import SERVED, is_arm, onlooker_of, viewed_from
+    from bioscara.robot.tasks.scope import Scope
+    from bioscara.web.gateway import LOOPBACK, Gateway, GatewaySettings
+    from bioscara.web.viewer import ViewServer
 
     source, port = options.source, _first_free(LOOPBACK, options.port)
     if source is not None and source.startswith(SERVED):

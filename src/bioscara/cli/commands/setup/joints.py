@@ -3,31 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from bioscara.cli.arm_parameters import parameters_from
-from bioscara.cli.flashed_joint import image_name, image_of
-from bioscara.cli.options import Options
+from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
-from bioscara.drivers import Joint, await_power_up
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import BioscaraError, BusUnavailableError
-from bioscara.flashing import known_images
-from bioscara.model import ArmParameters
-from bioscara.protocol import Capability, Flags
-from bioscara.robot.connection.devices import Devices, devices_on, simulated_devices
+
+if TYPE_CHECKING:
+    from bioscara.drivers import Joint
+    from bioscara.model import ArmParameters
+    from bioscara.protocol import Flags
+    from bioscara.robot.connection.devices import Devices
 
 _HEADINGS = ("joint", "address", "firmware", "flags", "homed", "image", "reset", "fault", "errors")
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    share(parser, "--parameters")
+    share_arm(parser)
+
+
+def run(options: Options, output: Output) -> ExitStatus:
     """List the joints; nothing moves, and nothing is sent on a bus that another program uses.
 
     Raises:
         BusUnavailableError: The bus cannot be opened, or another program uses it.
-        OSError: Standard output cannot be written.
     """
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.drivers import Joint, await_power_up
+    from bioscara.flashing import known_images
+
     if options.arm is not None:
-        return _of_owner(options)
-    output = Output()
+        return _of_owner(options, output)
     parameters = parameters_from(options)
     devices = _devices(options, parameters)
     output.line(f"arm: {devices.description}")
@@ -51,21 +60,19 @@ def run(options: Options) -> int:
                 # A joint that answered hello is present, even if it is another one or too new.
                 who = "missing" if joint.hello is None else joint.firmware
                 rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"------"))
-    for line in columns(rows):
-        output.line(line)
+    output.lines(columns(rows))
     for sentence in exceptions:
         output.line(sentence)
     for sentence in missing:
         complain(sentence)
-    output.check()
     return ExitStatus.FAILED if missing else ExitStatus.OK
 
 
-def _of_owner(options: Options) -> int:
+def _of_owner(options: Options, output: Output) -> ExitStatus:
     """List the joints of an arm that another process owns, as that process knows them."""
-    output = Output()
-    # Imported here, as planning and control are.
-    from bioscara.cli.opened_arm import open_arm  # noqa: PLC0415
+    from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.opened_arm import open_arm
+    from bioscara.protocol import Flags
 
     with open_arm(options, parameters_from(options)) as robot:
         output.line(f"arm: {robot.description}")
@@ -75,18 +82,20 @@ def _of_owner(options: Options) -> int:
         ):
             flags = Flags(bits)
             rows.append((joint.name, f"{joint.address:#04x}", firmware, *_state(flags)))
-    for line in columns(rows):
-        output.line(line)
-    output.check()
+    output.lines(columns(rows))
     return ExitStatus.OK
 
 
 def _state(flags: Flags) -> tuple[str, str]:
+    from bioscara.protocol import Flags
+
     names = " ".join(flag.name or "" for flag in flags) or "none"
     return names, "no" if flags & Flags.NOTHOMED else "yes"
 
 
 def _devices(options: Options, parameters: ArmParameters) -> Devices:
+    from bioscara.robot.connection.devices import devices_on, simulated_devices
+
     # No Robot: to import planning and control would take time from a program that moves an arm.
     if options.bus == "sim":
         return simulated_devices(parameters, v1=options.v1, seed=0)
@@ -94,6 +103,8 @@ def _devices(options: Options, parameters: ArmParameters) -> Devices:
 
 
 def _image(joint: Joint, images: Mapping[int, str]) -> str:
+    from bioscara.cli.flashed_joint import image_name, image_of
+
     if joint.version == 1:
         return "original firmware"
     crc = image_of(joint)
@@ -105,6 +116,8 @@ def _image(joint: Joint, images: Mapping[int, str]) -> str:
 
 def _exception(joint: Joint) -> list[str]:
     """Return a sentence about the exception that restarted the joint, if there was one."""
+    from bioscara.protocol import Capability
+
     if joint.hello is None or not joint.hello.capabilities & Capability.DIAGNOSIS:
         return []
     report = joint.get_exception()
@@ -115,6 +128,8 @@ def _exception(joint: Joint) -> list[str]:
 
 
 def _row(joint: Joint, images: Mapping[int, str]) -> tuple[str, ...]:
+    from bioscara.protocol import Capability, Flags
+
     flags = Flags(joint.get_flags())
     reset, fault, errors = "unknown", "unknown", "unknown"
     if joint.hello is not None:

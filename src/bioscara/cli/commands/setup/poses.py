@@ -3,39 +3,83 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-from bioscara.cli.opened_arm import open_arm
-from bioscara.cli.options import Options
-from bioscara.cli.output.angles import AngleUnit, angle_unit
-from bioscara.cli.output.console import ExitStatus, Output, columns
-from bioscara.cli.output.plots import require_drawing, write_picture
-from bioscara.cli.target import planner_from
-from bioscara.cli.teach_table import (
-    TableStore,
-    lookup,
-    refuse_overwriting,
-    table_file,
-    table_store,
-    tool_rows,
-)
+from bioscara.cli.arm_choice import BUS_HELP
+from bioscara.cli.output.console import Output, columns
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import JOINTS, share, share_taught
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
-from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.model import ArmParameters
-from bioscara.robot.workspace.poses import BUILT_IN, NamedPose
-from bioscara.robot.workspace.tools import kinematics_with
+
+if TYPE_CHECKING:
+    from bioscara.cli.output.angles import AngleUnit
+    from bioscara.cli.teach_table import TableStore
+    from bioscara.kinematics import Joints, Pose, Scara
+    from bioscara.model import ArmParameters
+    from bioscara.robot.workspace.poses import NamedPose
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    parser.take_commands("action", "ACTION")
+    listing = parser.add_command("list", "List all poses and tools.")
+    show = parser.add_command("show", "Show one pose, and whether the arm can take it.")
+    save = parser.add_command("save", "Save a pose under a name.")
+    delete = parser.add_command("delete", "Delete a saved pose.")
+    for action in (listing, show, save, delete):
+        share(action, "--parameters")
+        if action is not listing:
+            action.add_argument("name", metavar="NAME", help="name of the pose")
+        share_taught(action)
+    share(
+        show,
+        "--plot",
+        help="draw the motion to the pose, joints and tool against their limits, as PNG",
+    )
+    share(show, "--from", help="joint positions at the start of that motion")
+    share(show, "--scene", help="file with the zones and the table that the motion keeps clear of")
+    show.checks.append(_check_show)
+    where = save.add_mutually_exclusive_group()
+    where.add_argument("--bus", metavar="BUS", help="current position of this arm; " + BUS_HELP)
+    share(where, "--joints", help="joint positions [rad m rad rad]")
+    share(where, "--pose", help="pose of the tool in the base [m m m rad]")
+    share(save, "--tool", help="name of the tool")
+    save.add_argument(
+        "--calibration",
+        metavar="ID",
+        default="",
+        help="identifier of the calibration of the arm, stored with the pose",
+    )
+    share(save, "--force", help="replace the pose of this name, if there is one")
+    save.checks.append(_check_save)
+
+
+def _check_show(parser: Parser, options: Options) -> None:
+    for word, value in (("--from", options.start), ("--scene", options.scene)):
+        if value is not None and options.plot is None:
+            parser.error(f"{word} applies only to the motion that --plot FILE draws; add --plot")
+
+
+def _check_save(parser: Parser, options: Options) -> None:
+    if options.bus and options.arm:
+        parser.error("--arm and --bus exclude one another; leave out one of them")
+    if not (options.bus or options.arm or options.joints or options.pose):
+        parser.error(
+            "poses save needs one of --arm NAME or --bus BUS for the position of that arm, "
+            f"--joints {' '.join(JOINTS)}, --pose X Y Z YAW"
+        )
+
+
+def run(options: Options, output: Output) -> None:
     """List, show, save or delete poses; nothing moves.
 
     Raises:
         InvalidArgumentError: There is no such pose or tool, or the arm cannot reach the pose.
         ConfigurationError: The file cannot be read or written.
-        BioscaraError: The arm's position cannot be read.
-        OSError: Standard output cannot be written.
     """
-    output, action = Output(), options.action
+    from bioscara.cli.teach_table import table_store
+    from bioscara.robot.workspace.poses import BUILT_IN
+
+    action = options.action
     actions = {"list": _list, "show": _show, "save": _save, "delete": _delete}
     # The message that a pose is built in takes precedence over that of a missing file.
     built_in = action == "delete" and any(pose.name == options.name for pose in BUILT_IN)
@@ -43,13 +87,13 @@ def run(options: Options) -> int:
         options, changes=action in {"save", "delete"}, create=action == "save" or built_in
     ) as store:
         lines = actions[action](options, store)
-    for line in lines:
-        output.line(line)
-    output.check()
-    return ExitStatus.OK
+    output.lines(lines)
 
 
 def _list(options: Options, store: TableStore) -> list[str]:
+    from bioscara.cli.output.angles import angle_unit
+    from bioscara.cli.teach_table import table_file, tool_rows
+
     table, angles = store.table, angle_unit(options)
     poses = [("pose", *_headings(angles), "tool", "calibration")]
     poses += [
@@ -69,6 +113,12 @@ def _list(options: Options, store: TableStore) -> list[str]:
 
 
 def _show(options: Options, store: TableStore) -> list[str]:
+    from bioscara.cli.output.angles import angle_unit
+    from bioscara.cli.output.plots import require_drawing
+    from bioscara.cli.teach_table import lookup
+    from bioscara.robot.workspace.poses import BUILT_IN
+    from bioscara.robot.workspace.tools import kinematics_with
+
     require_drawing(options.plot)
     table, parameters = store.table, store.parameters
     pose = lookup(options, table.pose, options.name)
@@ -93,25 +143,30 @@ def _show(options: Options, store: TableStore) -> list[str]:
     ]
     lines += [f"  {line}" for line in columns(rows)]
     if options.plot is not None:
-        lines += [_drawn(options.plot, pose, options, store)]
+        lines += [_drawn(pose, options, store)]
     return lines
 
 
-def _drawn(path: Path, pose: NamedPose, options: Options, store: TableStore) -> str:
+def _drawn(pose: NamedPose, options: Options, store: TableStore) -> str:
     """Draw the motion to a pose; return a message that names the file.
 
     Raises:
         InvalidArgumentError: The arm cannot move there, or the file cannot be written.
     """
+    from bioscara.cli.output.plots import write_picture
+    from bioscara.cli.target import planner_from
+
     parameters = store.parameters
     planner = planner_from(options, parameters)
     planner.workspace = planner.workspace.with_table(store.table).with_tool(pose.tool)
     plan = planner.move_named(pose.name)
-    return write_picture(path, plan, planner, parameters, f"pose {pose.name}")
+    return write_picture(options.plot, plan, planner, parameters, f"pose {pose.name}")
 
 
 def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
     """Return the joint solution closest to the centre of the limits, or why there is none."""
+    from bioscara.kinematics import Joints
+
     centre = Joints(*(0.5 * (limit.lower + limit.upper) for limit in arm.limits))
     try:
         return arm.solve(place, centre), ""
@@ -120,6 +175,11 @@ def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
 
 
 def _save(options: Options, store: TableStore) -> list[str]:
+    from bioscara.cli.teach_table import lookup, refuse_overwriting
+    from bioscara.kinematics import Joints, Pose
+    from bioscara.robot.workspace.poses import NamedPose
+    from bioscara.robot.workspace.tools import kinematics_with
+
     table, parameters = store.table, store.parameters
     arm = kinematics_with(parameters, lookup(options, table.tool, options.tool))
     joints, place, problem = None, None, ""
@@ -151,6 +211,8 @@ def _here(options: Options, parameters: ArmParameters) -> Joints:
     Raises:
         InvalidArgumentError: The arm is not homed.
     """
+    from bioscara.cli.opened_arm import open_arm
+
     with open_arm(options, parameters) as robot:
         try:
             return robot.plan.here()

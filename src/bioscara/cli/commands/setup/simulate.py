@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from bioscara.cli.options import Options
-from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.cli.signals import StopRequest
-from bioscara.sim import SimulatedArm, serve
+from pathlib import Path
+
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
-def run(options: Options) -> int:
-    """Simulate an arm behind a Unix socket until Ctrl-C.
+def arguments(parser: Parser) -> None:
+    parser.add_argument(
+        "--socket", metavar="PATH", type=Path, required=True, help="Unix socket to listen on"
+    )
+    parser.add_argument("--v1", action="store_true", help="joints with their original firmware")
+    share(parser, "--seed", help="seed of the simulation (default 0)")
 
-    Raises:
-        BioscaraError: The socket cannot be used.
-        OSError: Standard output cannot be written.
-    """
-    output = Output()
+
+def run(options: Options, output: Output) -> None:
+    """Simulate an arm behind a Unix socket until Ctrl-C."""
+    from bioscara.cli.signals import StopRequest
+    from bioscara.sim import SimulatedArm, serve
+
     arm = SimulatedArm(seed=options.seed, v1=options.v1)
     firmware = "their original firmware" if options.v1 else "this project's firmware"
     invitation = f"simulated arm, joints with {firmware}: --bus sim:{options.socket}"
@@ -27,5 +33,3 @@ def run(options: Options) -> int:
             listening=lambda: output.line(invitation),
             report=output.line,
         )
-    output.check()
-    return ExitStatus.OK

@@ -51,12 +51,12 @@ export function action(app, label, work, { homed = true, enabled = true, idle = 
  * Return a field for a quantity.
  *
  * @param {string} label Its name.
- * @param {"mm" | "°" | "g" | "%"} unit The unit that people read.
+ * @param {"mm" | "°" | "g" | "%" | "s"} unit The unit that people read.
  * @param {{value?: number, min?: number, max?: number, step?: number, id?: string}} [options] In that unit.
  * @returns {Quantity} The field.
  */
 export function quantity(label, unit, { value, min, max, step = 0.1, id } = {}) {
-  const factor = { "mm": MM, "°": DEGREE, "g": 1e-3, "%": 0.01 }[unit];
+  const factor = { "mm": MM, "°": DEGREE, "g": 1e-3, "%": 0.01, "s": 1 }[unit];
   const input = h("input", { type: "number", id, min, max, step: "any", value, inputmode: "decimal", "data-step": step });
   const element = h("label", { class: "field" }, h("span", { class: "field-name", text: label }), input, h("span", { class: "dim", text: unit }));
   return {

@@ -175,8 +175,7 @@ export class SequenceModel {
    */
   renamePose(former, name) {
     for (const step of this.steps) {
-      if (step.name === former) step.name = name;
-      if (step.via_name === former) step.via_name = name;
+      for (const field of ["name", "pose", "via"]) if (step[field] === former) step[field] = name;
     }
     this.#tell("steps");
   }

@@ -3,11 +3,13 @@
 /** @import { App } from "../app.js" */
 /** @import { Quantity } from "../run/action.js" */
 /** @import { SequenceModel, Step } from "./sequence.js" */
+/** @import { StepField } from "./step_kinds.js" */
 
 import { button, h } from "../dom.js";
 import { quantity } from "../run/action.js";
 import { text } from "../texts.js";
-import { jointsOf, MOTIONS, PATHS, tidy } from "./step_words.js";
+import { STEP_KINDS } from "./step_kinds.js";
+import { jointsOf, tidy } from "./step_words.js";
 
 /** Id of the list with the names of all poses. */
 export const NAMES = "pose-names";
@@ -21,24 +23,57 @@ export const NAMES = "pose-names";
  * @returns {HTMLElement} The fields.
  */
 export function stepFields(app, model, index) {
+  const kind = STEP_KINDS[model.steps[index].kind];
+  return h("div", { class: "step-fields" }, ...Object.entries(kind).flatMap(([name, field]) => partsOf(app, model, index, name, field)));
+}
+
+/**
+ * Return the fields of one value, as its declaration says.
+ *
+ * @param {App} app
+ * @param {SequenceModel} model
+ * @param {number} index
+ * @param {string} name
+ * @param {StepField} field
+ * @returns {HTMLElement[]}
+ */
+function partsOf(app, model, index, name, field) {
   const step = model.steps[index];
-  const parts = [];
-  if (step.kind === "move_named") parts.push(nameField(model, index, "name", text("teach.pose")));
-  if (step.kind === "move_joints") parts.push(...jointFields(app, model, index));
-  if (["move_to", "move_linear", "move_circular"].includes(step.kind)) parts.push(...targetFields(app, model, index));
-  if (step.kind === "gripper_move") parts.push(bound(model, index, quantity(text("teach.width"), "mm", { min: 0 }), step.width, (width) => ({ width })));
-  if (step.kind === "grasp") parts.push(...loadFields(model, index));
-  if (step.kind === "release") parts.push(optional(model, index, quantity(text("teach.opening"), "mm", { min: 0 }), "opening"));
-  if (step.kind === "wait") parts.push(secondsField(model, index));
-  if (MOTIONS.has(step.kind)) {
-    parts.push(bound(model, index, quantity(text("teach.speed"), "%", { min: 0.1, max: 100, step: 1 }), step.speed ?? 1,
-      (speed) => ({ speed: speed === 1 ? undefined : tidy(speed) })));
+  switch (field.type) {
+    case "pose": return [place(app, model, index, name)];
+    case "positions": return jointFields(app, model, index);
+    case "load": return loadFields(model, index);
+    case "name": return name === "frame" ? frameField(app, model, index) : [nameField(model, index, name)];
+    default: return [numberField(model, index, name, field, step[name])];
   }
-  if (PATHS.has(step.kind)) {
-    parts.push(bound(model, index, quantity(text("teach.blend"), "mm", { min: 0, step: 1 }), step.blend ?? 0,
-      (blend) => ({ blend: blend ? tidy(blend) : undefined })));
-  }
-  return h("div", { class: "step-fields" }, ...parts);
+}
+
+/** Unit that people read, for that of a value. @type {Record<string, "mm" | "°" | "g" | "s" | "%">} */
+const READ = { m: "mm", rad: "°", kg: "g", s: "s" };
+/** What a value is multiplied by to be read. */
+const FACTORS = { "mm": 1e3, "°": 180 / Math.PI, "g": 1e3, "s": 1, "%": 100 };
+
+/**
+ * @param {SequenceModel} model
+ * @param {number} index
+ * @param {string} name
+ * @param {StepField} field
+ * @param {number | undefined} value
+ */
+function numberField(model, index, name, { unit = "", minimum, maximum, required, usual }, value) {
+  const read = READ[unit] ?? "%";
+  const scaled = (/** @type {number | undefined} */ limit) => (limit === undefined ? undefined : Number((limit * FACTORS[read]).toFixed(3)));
+  const made = quantity(text(`teach.${name}`), read, { min: scaled(minimum), max: scaled(maximum) });
+  if (value ?? usual) made.set(value ?? usual ?? 0);
+  else if (usual === 0) made.set(0);
+  if (!required && usual === null) made.input.placeholder = text("teach.usual");
+  made.input.addEventListener("change", () => {
+    const now = made.value();
+    const left = Number.isNaN(now) && !required;
+    made.input.setAttribute("aria-invalid", String(Number.isNaN(now) && !left));
+    if (left || !Number.isNaN(now)) model.edit(index, { [name]: left || tidy(now) === usual ? undefined : tidy(now) });
+  });
+  return made.element;
 }
 
 /**
@@ -63,40 +98,12 @@ function bound(model, index, field, value, values) {
 /**
  * @param {SequenceModel} model
  * @param {number} index
- * @param {Quantity} field
- * @param {string} name
- */
-function optional(model, index, field, name) {
-  const value = model.steps[index][name];
-  if (value !== undefined) field.set(value);
-  field.input.placeholder = text("teach.usual");
-  field.input.addEventListener("change", () => {
-    const now = field.value();
-    model.edit(index, { [name]: Number.isNaN(now) ? undefined : tidy(now) });
-  });
-  return field.element;
-}
-
-/**
- * @param {SequenceModel} model
- * @param {number} index
  * @param {string} field
- * @param {string} label
  */
-function nameField(model, index, field, label) {
+function nameField(model, index, field) {
   const input = h("input", { type: "text", list: NAMES, value: model.steps[index][field] ?? "", maxlength: "64", spellcheck: "false", autocomplete: "off" });
   input.addEventListener("change", () => model.edit(index, { [field]: input.value.trim() }));
-  return h("label", { class: "field" }, h("span", { class: "field-name", text: label }), input);
-}
-
-/**
- * @param {SequenceModel} model
- * @param {number} index
- */
-function secondsField(model, index) {
-  const input = h("input", { type: "number", min: 0, max: 3600, step: "any", value: model.steps[index].seconds, inputmode: "decimal" });
-  input.addEventListener("change", () => { if (input.value.trim()) model.edit(index, { seconds: Number(input.value) }); });
-  return h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.seconds") }), input, h("span", { class: "dim", text: "s" }));
+  return h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.pose") }), input);
 }
 
 /**
@@ -105,10 +112,10 @@ function secondsField(model, index) {
  * @param {number} index
  */
 function jointFields(app, model, index) {
-  const { joints } = model.steps[index];
-  const fields = app.arm.joints.map(({ name, unit }) => bound(model, index, quantity(name, unit === "m" ? "mm" : "°"), joints[name] ?? 0,
-    (value) => ({ joints: { ...model.steps[index].joints, [name]: value } })));
-  return [...fields, here(app, () => model.edit(index, { joints: jointsOf(app.arm) }, true))];
+  const { positions } = model.steps[index];
+  const fields = app.arm.joints.map(({ name, unit }) => bound(model, index, quantity(name, unit === "m" ? "mm" : "°"), positions[name] ?? 0,
+    (value) => ({ positions: { ...model.steps[index].positions, [name]: value } })));
+  return [...fields, here(app, () => model.edit(index, { positions: jointsOf(app.arm) }, true))];
 }
 
 /**
@@ -116,18 +123,24 @@ function jointFields(app, model, index) {
  * @param {SequenceModel} model
  * @param {number} index
  */
-function targetFields(app, model, index) {
+function frameField(app, model, index) {
   const step = model.steps[index];
+  if (!byNumbers(step.pose) && !byNumbers(step.via)) return [];
   const frames = (app.arm.workspace?.table.frames ?? []).map(({ name }) => name);
   if (step.frame && !frames.includes(step.frame)) frames.push(step.frame);
   const frame = h("select", {}, h("option", { value: "", text: text("teach.base") }), ...frames.map((name) => h("option", { value: name, text: name })));
   frame.value = step.frame ?? "";
   frame.addEventListener("change", () => model.edit(index, inFrame(app, model.steps[index], frame.value), true));
-  /** @type {HTMLElement[]} */
-  const parts = [place(app, model, index, "pose", "name", text("teach.goal"))];
-  if (step.kind === "move_circular") parts.unshift(place(app, model, index, "via", "via_name", text("teach.via")));
-  if (step.pose || step.via) parts.push(h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.frame") }), frame));
-  return parts;
+  return [h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.frame") }), frame)];
+}
+
+/**
+ * Return whether a place is given by numbers, and not by a name.
+ *
+ * @param {any} given
+ */
+function byNumbers(given) {
+  return given !== undefined && typeof given !== "string";
 }
 
 /**
@@ -137,26 +150,24 @@ function targetFields(app, model, index) {
  * @param {SequenceModel} model
  * @param {number} index
  * @param {string} field
- * @param {string} nameOf
- * @param {string} title
  */
-function place(app, model, index, field, nameOf, title) {
+function place(app, model, index, field) {
   const step = model.steps[index];
+  const title = text(field === "pose" ? "teach.goal" : "teach.via");
   const given = h("select", { "aria-label": text("teach.given_by", { title }) },
     h("option", { value: "numbers", text: text("teach.by_numbers") }), h("option", { value: "name", text: text("teach.by_name") }));
-  given.value = step[field] ? "numbers" : "name";
+  given.value = byNumbers(step[field]) ? "numbers" : "name";
   given.addEventListener("change", () => {
     const numbers = given.value === "numbers";
     const other = field === "pose" ? step.via : step.pose;
     model.edit(index, {
-      [field]: numbers ? placeHere(app, step.frame) : undefined,
-      [nameOf]: numbers ? undefined : (app.arm.workspace?.table.poses?.[0]?.name ?? "center"),
-      frame: numbers || other ? step.frame : undefined,
+      [field]: numbers ? placeHere(app, step.frame) : (app.arm.workspace?.table.poses?.[0]?.name ?? "center"),
+      frame: numbers || byNumbers(other) ? step.frame : undefined,
     }, true);
   });
-  const parts = step[field]
+  const parts = byNumbers(step[field])
     ? [...axes(model, index, field), here(app, () => model.edit(index, { [field]: placeHere(app, model.steps[index].frame) }, true))]
-    : [nameField(model, index, nameOf, text("teach.pose"))];
+    : [nameField(model, index, field)];
   return h("fieldset", { class: "place" }, h("legend", { text: title }), given, ...parts);
 }
 
@@ -227,7 +238,7 @@ function inFrame({ arm }, step, frame) {
   const find = (/** @type {string | undefined} */ wanted) => arm.workspace?.table.frames?.find(({ name }) => name === wanted)?.pose_frame_in_base;
   /** @type {Object<string, any>} */
   const values = { frame: frame || undefined };
-  for (const field of ["pose", "via"]) if (step[field]) values[field] = into(find(frame), outOf(find(step.frame), step[field]));
+  for (const field of ["pose", "via"]) if (byNumbers(step[field])) values[field] = into(find(frame), outOf(find(step.frame), step[field]));
   return values;
 }
 

@@ -1,18 +1,16 @@
 // A step in words.
 
 /** @import { Step } from "./sequence.js" */
+/** @import { StepField } from "./step_kinds.js" */
 
 import { degrees, duration, millimetres, number } from "../format.js";
 import { text } from "../texts.js";
+import { STEP_KINDS } from "./step_kinds.js";
 
 /** Kinds of steps, in the order in which they are offered; their texts are `step.KIND`. */
-export const KINDS = [
-  "move_named", "move_to", "move_linear", "move_circular", "move_joints", "gripper_move", "gripper_open", "gripper_close", "grasp", "release", "wait",
-];
-/** Kinds that may be joined to the next one by a blend. */
-export const PATHS = new Set(["move_linear", "move_circular"]);
-/** Kinds that move the arm. */
-export const MOTIONS = new Set(["move_named", "move_to", "move_linear", "move_circular", "move_joints"]);
+export const KINDS = Object.keys(STEP_KINDS);
+/** Values with which a new step begins, where its declaration has none. @type {Record<string, number>} */
+const BEGIN = { width: 0.05, seconds: 1 };
 
 /**
  * Return a step in words.
@@ -22,22 +20,36 @@ export const MOTIONS = new Set(["move_named", "move_to", "move_linear", "move_ci
  */
 export function summary(step) {
   const words = [text(`step.${step.kind}`), target(step)];
-  if (step.speed !== undefined && step.speed !== 1) words.push(`${number(100 * step.speed, 1).replace(/\.0$/, "")} %`);
+  const share = step.velocity_scaling ?? 1;
+  if (share !== 1) words.push(`${number(100 * share, 1).replace(/\.0$/, "")} %`);
   if (step.blend) words.push(text("teach.blend_words", { blend: millimetres(step.blend) }));
   return words.filter(Boolean).join(" · ");
 }
 
 /** @param {Step} step */
 function target(step) {
-  if (step.kind === "move_joints") return text("teach.joint_positions");
-  if (step.kind === "gripper_move") return millimetres(step.width);
-  if (step.kind === "grasp") return step.load?.name ?? "";
-  if (step.kind === "wait") return duration(step.seconds);
-  if (step.name !== undefined) return step.name;
-  if (!step.pose) return "";
-  const { x, y, z, yaw = 0 } = step.pose;
-  const place = `${[x, y, z].map((value) => millimetres(value).replace(" mm", "")).join(" ")} mm ${degrees(yaw)}`;
-  return step.frame ? text("teach.in_frame", { place, frame: step.frame }) : place;
+  const words = Object.entries(STEP_KINDS[step.kind]).map(([name, field]) => {
+    const value = step[name];
+    // Where the arm goes, not how it gets there.
+    if (value === undefined || name === "frame" || name === "via" || field.type === "share") return "";
+    return shown(field, value, step.frame);
+  });
+  return words.filter(Boolean).join(" ");
+}
+
+/**
+ * @param {StepField} field
+ * @param {any} value
+ * @param {string | undefined} frame
+ */
+function shown({ type, unit }, value, frame) {
+  if (type === "positions") return text("teach.joint_positions");
+  if (type === "load") return value.name;
+  if (typeof value === "string") return value;
+  if (type === "number") return unit === "rad" ? degrees(value) : unit === "s" ? duration(value) : millimetres(value);
+  const { x, y, z, yaw = 0 } = value;
+  const place = `${[x, y, z].map((each) => millimetres(each).replace(" mm", "")).join(" ")} mm ${degrees(yaw)}`;
+  return frame ? text("teach.in_frame", { place, frame }) : place;
 }
 
 /**
@@ -49,18 +61,16 @@ function target(step) {
  */
 export function newStep(kind, arm) {
   const pose = arm.sample?.pose ?? [0.4, 0, 0.25, 0];
-  const here = { x: tidy(pose[0]), y: tidy(pose[1]), z: tidy(pose[2]), yaw: tidy(pose[3]) };
-  switch (kind) {
-    case "move_joints": return { kind, joints: jointsOf(arm) };
-    case "move_named": return { kind, name: arm.workspace?.table.poses?.[0]?.name ?? "center" };
-    case "move_circular": return { kind, pose: here, via: { ...here } };
-    case "move_to":
-    case "move_linear": return { kind, pose: here };
-    case "gripper_move": return { kind, width: 0.05 };
-    case "grasp": return { kind, load: { name: "load", lower: [-0.03, -0.03, -0.02], upper: [0.03, 0.03, 0.02] } };
-    case "wait": return { kind, seconds: 1 };
-    default: return { kind };
-  }
+  /** @param {string} name @param {StepField} field */
+  const begin = (name, { type, minimum = 0 }) => {
+    if (type === "pose") return { x: tidy(pose[0]), y: tidy(pose[1]), z: tidy(pose[2]), yaw: tidy(pose[3]) };
+    if (type === "positions") return jointsOf(arm);
+    if (type === "name") return arm.workspace?.table.poses?.[0]?.name ?? "center";
+    if (type === "load") return { name: "load", lower: [-0.03, -0.03, -0.02], upper: [0.03, 0.03, 0.02] };
+    return BEGIN[name] ?? Math.max(minimum, 0);
+  };
+  const fields = Object.entries(STEP_KINDS[kind]).filter(([, { required }]) => required);
+  return { kind, ...Object.fromEntries(fields.map(([name, field]) => [name, begin(name, field)])) };
 }
 
 /**

@@ -2,28 +2,42 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections.abc import Sequence
 
-from bioscara.api import messages as m
-from bioscara.cli.commands.serving.owners import asked, linked, owner_name
-from bioscara.cli.options import Options
-from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 from bioscara.errors import InvalidArgumentError
 from bioscara.sim.bench import FAULTS, BenchFault
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    parser.add_argument("fault", metavar="FAULT", help="one of the faults below")
+    parser.add_argument(
+        "values",
+        metavar="JOINT VALUE",
+        nargs="*",
+        help="its arguments: a joint, as j3, and a value",
+    )
+    share(parser, "--arm")
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = "\n".join(["faults:", *kinds(), "", parser.epilog or "", ""])
+
+
+def run(options: Options, output: Output) -> None:
     """Let a simulated arm fail, or end that, and list the faults that last.
 
     Raises:
-        OwnerLostError: No owner runs.
         NotSupportedError: The arm is real.
         InvalidArgumentError: There is no such fault or joint, or the value is not possible; or
             there are several arms, and none is named.
-        OSError: Standard output cannot be written.
     """
-    output, name = Output(), owner_name(options)
+    from bioscara.api import messages as m
+    from bioscara.cli.owner_link import asked, linked, owner_name
+
+    name = owner_name(options)
     joint, value = _words(options.fault, options.values)
     with linked(name) as link:
         link.request(m.SimulateFault(options.fault, joint, value))
@@ -35,8 +49,6 @@ def run(options: Options) -> int:
         output.line(f"end all: bioscara simulate-fault clear --arm {name}")
     else:
         output.line(f"{name} simulates no fault that lasts")
-    output.check()
-    return ExitStatus.OK
 
 
 def _words(fault: str, words: Sequence[str]) -> tuple[str, float | None]:

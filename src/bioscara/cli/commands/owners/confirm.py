@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from bioscara.api import messages as m
-from bioscara.cli.commands.serving.owners import asked, linked, owner_name
-from bioscara.cli.options import Options
-from bioscara.cli.output.console import ExitStatus, Output
-from bioscara.remote import RemoteRobot
+from bioscara.cli.output.console import Output
+from bioscara.cli.parser import Options, Parser
+from bioscara.cli.shared_arguments import share
 
 
-def run(options: Options) -> int:
+def arguments(parser: Parser) -> None:
+    share(parser, "--arm")
+
+
+def run(options: Options, output: Output) -> None:
     """Declare that scene, tool and load of the last run still hold, and say what that is.
 
     Raises:
-        OwnerLostError: No owner runs.
-        InvalidArgumentError: There are several, and none is named.
         LeaseError: Another client commands the arm.
-        OSError: Standard output cannot be written.
     """
-    output, name = Output(), owner_name(options)
+    from bioscara.api import messages as m
+    from bioscara.cli.owner_link import asked, linked, owner_name
+    from bioscara.remote import RemoteRobot
+
+    name = owner_name(options)
     with linked(name) as link:
         unconfirmed = asked(link, m.GetWorkspace(), m.WorkspaceState).unconfirmed
     if unconfirmed:
@@ -28,5 +31,3 @@ def run(options: Options) -> int:
         output.line(f"{name}: {what} is confirmed")
     if not unconfirmed:
         output.line(f"{name}: there is nothing to confirm")
-    output.check()
-    return ExitStatus.OK

@@ -9,8 +9,8 @@ from functools import partial
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.flashed_joint import BoardToFlash, JointOnBus, describe, first_installed
 from bioscara.cli.opened_arm import own_arm
-from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
+from bioscara.cli.parser import Options
 from bioscara.cli.signals import raising_keyboard_interrupt
 from bioscara.clock import MonotonicClock
 from bioscara.errors import BioscaraError, BusUnavailableError, FlashError

@@ -1,0 +1,1 @@
+"""Commands about arms that are served: their states, events and pauses, and STOP."""

@@ -1,0 +1,206 @@
+"""Arguments that several commands have, each with its check, if it needs one."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from bioscara.arguments import OVERLAY_VARIABLE
+from bioscara.cli.parser import Options, Parser, number, whole_number
+
+ARM_VARIABLE = "BIOSCARA_ARM"
+"""Environment variable with the name of the owner whose arm commands use."""
+START = (-0.6, 0.2, 1.2, -0.6)
+"""Default joint positions at the start of a plan [rad m rad rad]: in front of the column, with the
+elbow bent, so that a line can start there. With a stretched arm, as at ``center``, none can."""
+TABLE = Path("poses.yaml")
+"""File with the taught poses if ``--table`` is not given; it need not exist."""
+FINGERS = "fingers"
+RECORDINGS = Path("recordings")
+"""Folder of the recordings, unless another one is given."""
+JOINTS = ("J1", "J2", "J3", "J4")
+POSE = ("X", "Y", "Z", "YAW")
+
+
+def _port(text: str) -> int:
+    """Return the TCP port in an argument."""
+    if not (text.isascii() and text.isdigit() and int(text) < 2**16):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port: it is a number, 0 .. 65535")
+    return int(text)
+
+
+_ARGUMENTS: dict[str, dict[str, Any]] = {
+    "--acknowledge": {
+        "action": "store_true",
+        "help": "acknowledge the faults that stopped the arm before, keep their evidence and "
+        "continue; without it an arm that a fault stopped is refused",
+    },
+    "--arm": {
+        "metavar": "NAME",
+        "help": f"name of the arm (default: ${ARM_VARIABLE}, else the only one)",
+    },
+    "--csv": {"metavar": "FILE", "type": Path, "help": "write the trajectory, for 'bioscara run'"},
+    "--deg": {
+        "dest": "degrees",
+        "action": "store_true",
+        "help": "give and show angles in degrees instead of radians; files keep radians",
+    },
+    "--force": {"action": "store_true"},
+    "--follow": {"action": "store_true", "help": "wait for more, until Ctrl-C"},
+    "--from": {"dest": "start", "metavar": JOINTS, "type": number, "nargs": 4},
+    "--full-speed": {"action": "store_true", "help": "let the tool move faster than 250 mm/s"},
+    "--homed": {
+        "action": "store_true",
+        "help": "start with homed joints; for the arm simulated in this process only",
+    },
+    "--joints": {"metavar": JOINTS, "type": number, "nargs": 4},
+    "--linear": {"action": "store_true", "help": "move the tool along a line"},
+    "--out": {
+        "metavar": "DIR",
+        "type": Path,
+        "help": "folder for samples, report and plot (default: a new one under runs/)",
+    },
+    "--parameters": {
+        "metavar": "FILE",
+        "type": Path,
+        "help": "values of this arm, such as its calibration, over those of parameters.yaml "
+        f"(default: ${OVERLAY_VARIABLE}, if it is set)",
+    },
+    "--plot": {
+        "metavar": "FILE",
+        "type": Path,
+        "help": "draw joints and tool against their limits, as PNG",
+    },
+    "--port": {"metavar": "N", "type": _port, "default": 8080},
+    "--pose": {"metavar": POSE, "type": number, "nargs": 4},
+    "--priority": {
+        "metavar": "N",
+        "type": whole_number,
+        "help": "run the control loop before everything else, as SCHED_FIFO N (1 .. 99, usually "
+        "80) and with its memory locked; needs permission",
+    },
+    "--rate": {
+        "metavar": "HZ",
+        "type": whole_number,
+        "help": "control cycles per second (default: 100, and 50 with joints of protocol version "
+        "1)",
+    },
+    "--realtime": {
+        "action": "store_true",
+        "help": "simulated homing takes the time it takes on the arm",
+    },
+    "--scene": {
+        "metavar": "FILE",
+        "type": Path,
+        "help": "file with the zones and the table that the arm keeps clear of",
+    },
+    "--seed": {"metavar": "N", "type": whole_number, "default": 0},
+    "--table": {"metavar": "FILE", "type": Path, "help": "file with the poses"},
+    "--tool": {
+        "metavar": "NAME",
+        "default": FINGERS,
+        "help": "name of the tool that is mounted",
+    },
+    "--velocity-scaling": {
+        "metavar": "SHARE",
+        "type": number,
+        "default": 1.0,
+        "help": "share of the speed limits to use, 0.001 to 1 (default 1)",
+    },
+    "--via": {
+        "metavar": POSE[:3],
+        "type": number,
+        "nargs": 3,
+        "help": "move the tool along the arc through this point [m]",
+    },
+}
+_DEFAULTS = {
+    "--from": f" [rad m rad rad] (default: {' '.join(f'{value:g}' for value in START)})",
+    "--table": f" (default: {TABLE}, if it exists)",
+    "--tool": f" (default: {FINGERS})",
+}
+"""Ends of help texts."""
+
+
+def share(parser: argparse._ActionsContainer, *names: str, **changes: Any) -> None:
+    """Add arguments to a parser, or to a group of one.
+
+    Args:
+        parser: Parser of the command.
+        names: Names of the arguments.
+        changes: What is special about those of this command, such as their help.
+    """
+    for name in names:
+        keywords = _ARGUMENTS[name] | changes
+        if name == "--parameters" and (overlay := os.environ.get(OVERLAY_VARIABLE)):
+            keywords["default"] = Path(overlay)
+        keywords["help"] += _DEFAULTS.get(name, "")
+        parser.add_argument(name, **keywords)
+        if name in _CHECKS and isinstance(parser, Parser):
+            parser.checks.append(_CHECKS[name])
+
+
+def share_target(parser: Parser, *, required: bool = True) -> None:
+    """Add the arguments for target and type of motion."""
+    target = parser.add_mutually_exclusive_group(required=required)
+    share(target, "--pose", help="goal pose of the tool in the base [m m m rad]")
+    share(target, "--joints", help="goal positions of the joints [rad m rad rad]")
+    target.add_argument("--name", metavar="NAME", default="", help="name of a saved pose")
+    share(parser, "--table", "--tool", "--linear", "--via", "--velocity-scaling")
+
+
+def share_taught(parser: Parser) -> None:
+    """Add the arguments of commands about taught poses: their file, or the arm that has them."""
+    share(parser, "--table")
+    share(parser, "--arm", help="the poses of this arm, which 'bioscara serve' runs")
+    share(parser, "--deg")
+    parser.checks.append(_check_taught)
+
+
+def gives_parameters(options: Options) -> bool:
+    """Return whether the file of ``--parameters`` is another one than that of the environment."""
+    overlay = options.parameters
+    return overlay is not None and str(overlay) != os.environ.get(OVERLAY_VARIABLE)
+
+
+def _check_homed(parser: Parser, options: Options) -> None:
+    if options.homed and options.bus != "sim":
+        parser.error(
+            "--homed applies only to the arm simulated in this process, with --bus sim; any other "
+            "arm is homed by its joints: leave out --homed, and home it"
+        )
+
+
+def _check_taught(parser: Parser, options: Options) -> None:
+    owners_own = {
+        "--table": options.table is not None,
+        "--parameters": gives_parameters(options),
+    }
+    for word, given in owners_own.items():
+        if given and options.arm is not None:
+            parser.error(f"--arm and {word} exclude one another; leave out one of them")
+
+
+def _convert_degrees(_: Parser, options: Options) -> None:
+    """Convert the angles of all options to radians."""
+    if not options.degrees:
+        return
+    for word in ("pose", "joints", "start", "offset"):
+        values = getattr(options, word, None)
+        if values is not None:
+            lengths = {1} if word in {"joints", "start"} else {0, 1, 2}
+            converted = [
+                value if index in lengths else math.radians(value)
+                for index, value in enumerate(values)
+            ]
+            setattr(options, word, converted)
+
+
+_CHECKS: dict[str, Callable[[Parser, Options], None]] = {
+    "--deg": _convert_degrees,
+    "--homed": _check_homed,
+}
