@@ -1,7 +1,7 @@
 """Tests in real time: one that fails while the computer ran late says so and is repeated.
 
-In real time are those that start programs, serve an arm, or have threads. Several processes run tests at a time.
-A repetition is the only one that runs;
+In real time are those that start programs, serve an arm, or have threads. Several processes run
+tests at a time. A repetition is the only one that runs;
 from the second on, it begins once the computer is in time.
 """
 
