@@ -454,7 +454,7 @@ class Planner:
         share = check_share(velocity_scaling, "velocity_scaling")
         if share < 1.0:
             waypoints = [
-                replace(each, speed=max(share * each.speed, SLOWEST))
+                replace(each, velocity_scaling=max(share * each.velocity_scaling, SLOWEST))
                 for each in items("the waypoints", waypoints)
             ]
         trajectory, warnings = sequence(
