@@ -329,7 +329,7 @@ def test_a_share_for_each_segment_is_the_share_for_all_where_they_are_equal():
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
     with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 segments"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
-    with pytest.raises(InvalidArgumentError, match=r"speed 1.5 is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"velocity_scaling 1.5 is outside"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])
 
 

@@ -111,7 +111,7 @@ def _free(
     """Return the point-to-point motion to a waypoint, slowed down to the tool's speed limit."""
     goal = arm.solve(waypoint.pose, joints)
     names = [limit.name for limit in limits]
-    motion = point_to_point(names, joints, goal, limits, speed=waypoint.velocity_scaling)
+    motion = point_to_point(names, joints, goal, limits, velocity_scaling=waypoint.velocity_scaling)
     return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.velocity_scaling)[
         0
     ]
