@@ -71,10 +71,11 @@ WITH_ROS2 := $(shell $(PYTHON) -c 'import platform, sys; print(int(sys.platform 
 PYTEST := $(BIN)/python -m pytest -n $(shell $(PYTHON) -c 'import os; print(os.cpu_count() or 1)' 2>/dev/null) \
     --dist worksteal --ignore-glob='$(EMULATED)' $(if $(CI),--durations=25)
 
+# The browser is apart from the first tests: its library keeps an event loop running in their process.
 test: $(VENV)/.dev
 	@status=0; \
-	$(PYTEST) -m 'not realtime and (path or not (ros or browser))' || status=1; \
-	$(PYTEST) -m realtime tests || status=1; \
+	$(PYTEST) -m 'not (realtime or ros or browser)' || status=1; \
+	$(PYTEST) -m 'realtime or path' tests || status=1; \
 	$(MAKE) --no-print-directory page-tests || status=1; \
 	exit $$status
 

@@ -11,21 +11,19 @@ import toppra
 
 from bioscara.planning.arrays import Array
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.profiles.segments import Bounds, MotionState
+from bioscara.planning.motions.double_s import Bounds
 
 
 class Ruckig:
-    """Ruckig for one problem; its waypoints, which it would send to a server, are never set."""
+    """Ruckig from rest to rest; its waypoints, which it would send to a server, are never set."""
 
     def __init__(
-        self, starts: Sequence[MotionState], goals: Sequence[MotionState], bounds: Sequence[Bounds]
+        self, start: Sequence[float], goal: Sequence[float], bounds: Sequence[Bounds]
     ) -> None:
-        count = len(starts)
+        count = len(start)
         self._planner, self._task = ruckig.Ruckig(count), ruckig.InputParameter(count)
         self._result = ruckig.Trajectory(count)
-        for prefix, states in (("current", starts), ("target", goals)):
-            for field in MotionState._fields:
-                setattr(self._task, f"{prefix}_{field}", [getattr(s, field) for s in states])
+        self._task.current_position, self._task.target_position = list(start), list(goal)
         for field in Bounds._fields:
             setattr(self._task, f"max_{field}", [getattr(bound, field) for bound in bounds])
 
@@ -64,22 +62,14 @@ def toppra_duration(way: Array, joints: Array, limits: Sequence[JointLimits], pi
     return float(instance.compute_trajectory().duration)
 
 
-def random_problem(
-    rng: random.Random, count: int
-) -> tuple[list[MotionState], list[MotionState], list[Bounds]]:
-    """Return starts, goals and limits of ``count`` joints that are in motion at both ends."""
+def random_problem(rng: random.Random, count: int) -> tuple[list[float], list[float], list[Bounds]]:
+    """Return starts, goals and limits of ``count`` joints, which are at rest at both ends."""
     bounds = [
         Bounds(rng.uniform(0.1, 5.0), rng.uniform(0.2, 30.0), rng.uniform(1.0, 1000.0))
         for _ in range(count)
     ]
-    return [_state(rng, b) for b in bounds], [_state(rng, b) for b in bounds], bounds
-
-
-def _state(rng: random.Random, bounds: Bounds) -> MotionState:
-    """Return a random state that a joint can reach and can leave."""
-    velocity, acceleration, jerk = bounds
-    a = rng.uniform(-1.0, 1.0) * min(acceleration, (1.99 * jerk * velocity) ** 0.5)
-    room = velocity - a * a / (2.0 * jerk)
-    return MotionState(
-        rng.uniform(-3.0, 3.0) * rng.choice((0.01, 0.1, 1.0)), rng.uniform(-room, room), a
+    start, goal = (
+        [rng.uniform(-3.0, 3.0) * rng.choice((0.01, 0.1, 1.0)) for _ in range(count)]
+        for _ in range(2)
     )
+    return start, goal, bounds

@@ -17,15 +17,14 @@ from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point, sequence
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
-from bioscara.planning.limits import FULL, ToolLimits
+from bioscara.planning.limits import FULL, MotionLimits, ToolLimits
 from bioscara.planning.motions.cartesian import circular, linear
+from bioscara.planning.motions.double_s import Bounds, least_duration, rest_to_rest
 from bioscara.planning.motions.jog import ToolVelocity
 from bioscara.planning.motions.waypoints import Waypoint, approach, retract
 from bioscara.planning.paths.blending import rounded
 from bioscara.planning.paths.inverse_kinematics import along
 from bioscara.planning.paths.segments import Arc, Line, Path
-from bioscara.planning.profiles.double_s import fastest
-from bioscara.planning.profiles.segments import Bounds, MotionState
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.workspace import Workspace
@@ -51,6 +50,7 @@ WALL = Scene((*TABLE.zones, Box("wall", (0.53, -0.5, 0.0), (0.7, 0.5, 0.5))), ta
 SCENES = {"nothing but the arm around": Scene(), "a table and 3 zones around": TABLE}
 _PARAMETERS = load_parameters()
 _JOINTS = _PARAMETERS.joints
+_ROUGH = [MotionLimits.of(limit)._replace(max_jerk=math.inf) for limit in _JOINTS]
 _NAMES = [joint.name for joint in _JOINTS]
 ARM = kinematics_of(_PARAMETERS)
 START = ARM.solve(CORNERS[0], [joint.home_position for joint in _JOINTS])
@@ -76,7 +76,12 @@ def _ruckig(*, jerk_limited: bool) -> Ruckig:
         Bounds(j.max_velocity, j.max_acceleration, j.max_jerk if jerk_limited else math.inf)
         for j in _JOINTS
     ]
-    return Ruckig([MotionState(p) for p in START], [MotionState(p) for p in END], bounds)
+    return Ruckig(START, END, bounds)
+
+
+def _single(start: float, goal: float, bounds: Bounds) -> object:
+    way = goal - start
+    return rest_to_rest(start, way, least_duration(way, bounds), bounds)
 
 
 def _point_to_point() -> list[Row]:
@@ -87,8 +92,8 @@ def _point_to_point() -> list[Row]:
     ):
         peer = _ruckig(jerk_limited=jerk_limited)
         own, alone = medians(
-            lambda limited=jerk_limited: point_to_point(
-                _NAMES, START, END, _JOINTS, jerk_limited=limited
+            lambda limits=_JOINTS if jerk_limited else _ROUGH: point_to_point(
+                _NAMES, START, END, limits
             ),
             peer.plan,
             number=(1, 5),
@@ -99,11 +104,11 @@ def _point_to_point() -> list[Row]:
     problems = [random_problem(rng, 1) for _ in range(501)]
     states, peers = iter(problems), iter([Ruckig(*problem) for problem in problems])
     single, alone = medians(
-        lambda: fastest(*(column[0] for column in next(states))),
+        lambda: _single(*(column[0] for column in next(states))),
         lambda: next(peers).plan(),
         rounds=len(problems),
     )
-    what = "one joint from a random state of motion to another"
+    what = "one joint from rest to rest"
     rows.append(at_most(what, single, 150, alone, "ruckig alone, compiled"))
     return rows
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import random
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from benchmarks.measure import Row
 from benchmarks.peers import Ruckig, random_problem
 from bioscara.planning import point_to_point
-from bioscara.planning.profiles.double_s import durations, fastest, lasting
-from bioscara.planning.profiles.segments import Bounds, MotionState
+from bioscara.planning.motions.double_s import Bounds, least_duration
 
 GOAL = (-0.26026, 0.0179, 0.53642, -0.69014)
 """Of planned_time_optimal.yaml, from zero."""
@@ -29,10 +28,12 @@ class _Limit:
     lower: float = -3.0
     upper: float = 3.0
     unit: str = "rad"
+    smoothness: float = 0.025
+    """Time in which the acceleration rises [s]."""
 
     @property
     def max_jerk(self) -> float:
-        return self.max_acceleration / 0.025
+        return self.max_acceleration / self.smoothness if self.smoothness else math.inf
 
 
 FIELD = (
@@ -41,22 +42,8 @@ FIELD = (
     _Limit("j3", 5.0, 14.0),
     _Limit("j4", 5.0, 14.0),
 )
-
-
-def _least(
-    starts: Sequence[MotionState], goals: Sequence[MotionState], bounds: Sequence[Bounds]
-) -> float:
-    """Return the least duration that is feasible for all joints."""
-    each = list(zip(starts, goals, bounds, strict=True))
-    changes = [durations(*problem) for problem in each]
-    least = max(times[0] for times in changes)
-    for duration in (least, *sorted(t for times in changes for t in times if t > least)):
-        if all(
-            times[0] == duration or lasting(duration, *problem) is not None
-            for problem, times in zip(each, changes, strict=True)
-        ):
-            return duration
-    raise ArithmeticError("no common duration")
+ROUGH = tuple(replace(limit, smoothness=0.0) for limit in FIELD)
+"""The same without a limit of the jerk."""
 
 
 def _ratio(count: int) -> float:
@@ -64,25 +51,23 @@ def _ratio(count: int) -> float:
     rng = random.Random(count)
     worst = 0.0
     for _ in range(PROBLEMS):
-        problem = random_problem(rng, count)
-        ours = fastest(*(column[0] for column in problem)).duration if count == 1 else None
-        worst = max(worst, (ours or _least(*problem)) / Ruckig(*problem).duration())
+        start, goal, bounds = random_problem(rng, count)
+        ways = [there - here for here, there in zip(start, goal, strict=True)]
+        ours = max(least_duration(way, bound) for way, bound in zip(ways, bounds, strict=True))
+        worst = max(worst, ours / Ruckig(start, goal, bounds).duration())
     return worst
 
 
 def _durations() -> list[Row]:
-    rest, bounds = (
-        [MotionState(0.0)] * 4,
-        [Bounds(limit.max_velocity, limit.max_acceleration, limit.max_jerk) for limit in FIELD],
-    )
-    peer = Ruckig(rest, [MotionState(p) for p in GOAL], bounds).duration()
+    bounds = [Bounds(limit.max_velocity, limit.max_acceleration, limit.max_jerk) for limit in FIELD]
+    peer = Ruckig((0.0,) * 4, GOAL, bounds).duration()
     names = [limit.name for limit in FIELD]
     rows = []
-    for what, jerk_limited, most, against in (
-        ("without jerk limit", False, 0.7706, f"Pilz, same goal: {PILZ} s"),
-        ("jerk-limited", True, 0.7956, f"Pilz: {PILZ} s; ruckig: {peer:.4f} s"),
+    for what, limits, most, against in (
+        ("without jerk limit", ROUGH, 0.7706, f"Pilz, same goal: {PILZ} s"),
+        ("jerk-limited", FIELD, 0.7956, f"Pilz: {PILZ} s; ruckig: {peer:.4f} s"),
     ):
-        own = point_to_point(names, (0.0,) * 4, GOAL, FIELD, jerk_limited=jerk_limited).duration
+        own = point_to_point(names, (0.0,) * 4, GOAL, limits).duration
         rows.append(
             Row(
                 f"move of planned_time_optimal.yaml, {what}",
@@ -102,7 +87,7 @@ def rows() -> list[Row]:
         worst = _ratio(count)
         result.append(
             Row(
-                f"{PROBLEMS} random moves between states of motion, "
+                f"{PROBLEMS} random moves from rest to rest, "
                 + ("one joint" if count == 1 else f"{count} joints together"),
                 f"at most {worst:.9f} of ruckig's duration",
                 "ruckig, same limits",

@@ -57,7 +57,7 @@ def main(name: str, topic: str, speed: str) -> None:
         publisher = (
             stack.enter_context(_session(topic)).declare_publisher("state") if topic else None
         )
-        settings = ServeSettings(name, "sim", speed=float(speed))
+        settings = ServeSettings(name, "sim", real_time_factor=float(speed))
         served = stack.enter_context(serving(robot, settings))
         cycles = Cycles(robot, served.owner)
         print(json.dumps({"rate": robot.arm.stack.loop.rate}), flush=True)

@@ -60,13 +60,12 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     chosen = config.option.markexpr
     if collection_path.suffix != ".py":
         return None
-    if chosen == "realtime":
-        return "mark.realtime" not in collection_path.read_text() or None
+    if chosen == "realtime or path":
+        return not re.search(r"mark\.(realtime|path)", collection_path.read_text()) or None
     if chosen.startswith("(ros or browser)"):
         return not re.search(r"mark\.(ros|browser)", collection_path.read_text()) or None
-    if chosen.startswith("not realtime and (path or"):
-        text = collection_path.read_text()
-        return ("mark.path" not in text and bool(_OF_ROS_OR_BROWSER.search(text))) or None
+    if chosen == "not (realtime or ros or browser)":
+        return bool(_OF_ROS_OR_BROWSER.search(collection_path.read_text())) or None
     return None
 
 

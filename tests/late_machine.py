@@ -1,7 +1,7 @@
 """Tests in real time: one that fails while the computer ran late says so and is repeated.
 
-In real time are those that start programs, or serve an arm. Several processes run tests at a time.
-A repetition is the only one that runs;
+In real time are those that start programs, serve an arm, or have threads. Several processes run
+tests at a time. A repetition is the only one that runs;
 from the second on, it begins once the computer is in time.
 """
 
@@ -53,7 +53,8 @@ class LatenessMonitor:
         os.sched_setaffinity(0, {core})  # of this thread alone
         while not self._ended.is_set():
             begin = time.monotonic()
-            time.sleep(TICK)
+            if self._ended.wait(TICK):
+                return
             self.worst = max(self.worst, time.monotonic() - begin - TICK)
 
     def __enter__(self) -> Self:
@@ -114,7 +115,8 @@ def _names_helper(module: str) -> bool:
     """Return whether a module of tests or fixtures has a name of one of the helpers."""
     names = vars(sys.modules[module]).values() if module in sys.modules else ()
     return any(
-        isinstance(each, FunctionType | type) and each.__module__ in HELPERS for each in names
+        each is threading or (isinstance(each, FunctionType | type) and each.__module__ in HELPERS)
+        for each in names
     )
 
 

@@ -190,8 +190,11 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Planner.jog": (plan.jog, {"start": HALF, "elbow": 0.5}),
         "Scara.solve": (plan.kinematics.solve, {"pose": there, "near": HALF}),
         "Scara.inverse": (plan.kinematics.inverse, {"pose": there}),
-        "approach": (approach, {"target": here, "away": there, "motion": Motion.PTP, "speed": 1.0}),
-        "retract": (retract, {"target": here, "away": there, "speed": 1.0}),
+        "approach": (
+            approach,
+            {"target": here, "away": there, "motion": Motion.PTP, "velocity_scaling": 1.0},
+        ),
+        "retract": (retract, {"target": here, "away": there, "velocity_scaling": 1.0}),
         "Pose.compose": (here.compose, {"other": here}),
         "compose of a pose": (lambda pose: Pose(*pose).compose(here), {"pose": Parts(here)}),
         "inverse of a pose": (lambda pose: Pose(*pose).inverse(), {"pose": Parts(here)}),

@@ -97,7 +97,7 @@ def arm_served(
     """
     with runtime_folder() as folder:
         evidence = folder / "faults"
-        given = ServeSettings(NAME, "sim", evidence=evidence, speed=speed)
+        given = ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=speed)
         arm = arm or simulated_bus(seed=2, homed=at is not None, at=at).arm
         with own_robot(evidence, arm=arm) as robot:
             if at is not None:

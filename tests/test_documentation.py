@@ -70,7 +70,7 @@ def test_a_program_in_the_documentation_runs(
     monkeypatch.chdir(tmp_path)
     with ExitStack() as served:
         for name in re.findall(r'"arm:(\w+)"', program):
-            settings = ServeSettings(name, "sim", speed=100.0)
+            settings = ServeSettings(name, "sim", real_time_factor=100.0)
             served.enter_context(serving(Robot.simulated(), settings))
         exec(compile(program, "documentation", "exec"), {"__name__": "__main__"})
 
@@ -84,7 +84,7 @@ def test_the_commands_that_provoke_a_fault_recover_from_it(
     commands = re.findall(r"^    bioscara (.*?)  ", part.split("\n## ")[0], re.M)
     assert commands[0] == "serve --homed"
     robot = Robot.simulated(homed=True, evidence=tmp_path)
-    with serving(robot, ServeSettings("arm", "sim", speed=100.0)):
+    with serving(robot, ServeSettings("arm", "sim", real_time_factor=100.0)):
         with Robot.connect("arm:arm") as client:
             client.enable()
         for words in commands[1:]:

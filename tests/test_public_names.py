@@ -31,7 +31,8 @@ PACKAGES = pytest.mark.parametrize(
 def _for_type_checkers(package: ModuleType) -> dict[str, str]:
     """Return the names that a package re-exports, and the modules from which."""
     assert package.__file__ is not None
-    tree = ast.parse(Path(package.__file__).read_text())
+    stub = Path(f"{package.__file__}i")
+    tree = ast.parse((stub if stub.exists() else Path(package.__file__)).read_text())
     return {
         str(name.asname): str(node.module)
         for node in ast.walk(tree)

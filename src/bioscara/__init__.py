@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from bioscara.version import __version__ as __version__
 
-with open(f"{__file__}i", encoding="ascii") as _stub:
+with open(f"{__file__}i", encoding="utf-8") as _stub:
     # Each line is "from MODULE import NAME as NAME": the names are declared there alone.
     _HOMES = {line.split()[3]: line.split()[1] for line in _stub if line.startswith("from ")}
 

@@ -36,7 +36,7 @@ def main() -> None:
         if at:
             robot.move_joints(at)
         with (
-            serving(robot, ServeSettings(NAME, "sim", overlay, evidence, speed=speed)),
+            serving(robot, ServeSettings(NAME, "sim", overlay, evidence, real_time_factor=speed)),
             running_gateway(Gateway(settings)) as gateway,
         ):
             print(f"served {gateway.url} {gateway.token_file}", flush=True)  # noqa: T201  for the test

@@ -55,8 +55,8 @@ test("the tool moves along the axes of its frame", () => {
 });
 
 test("a step begins at the commanded position, and at the measured one without a command", () => {
-  const { kind, goal, velocity_scaling: share } = stepTask("joints", 1, 5, 0.5, ARM, 0);
-  assert.deepEqual([kind, share, goal.map((value) => value.toFixed(9))], ["move_joints", 0.5, ["0.100000000", "0.205000000", "0.300000000", "0.400000000"]]);
+  const { kind, positions, velocity_scaling: share } = stepTask("joints", 1, 5, 0.5, ARM, 0);
+  assert.deepEqual([kind, share, positions.map((value) => value.toFixed(9))], ["move_joints", 0.5, ["0.100000000", "0.205000000", "0.300000000", "0.400000000"]]);
 });
 
 test("the share of a step is within 0.001 and 1", () => {

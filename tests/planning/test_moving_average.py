@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from bioscara.kinematics import Joints, Pose, batch
 from bioscara.planning import Trajectory, Waypoint, check, linear, point_to_point, sequence
 from bioscara.planning.moving_average import Smoothed, averaged, most_jerk, velocity_jumps
-from planning.limits import LIMITS, NAMES
+from planning.limits import LIMITS, NAMES, ROUGH
 from planning.scenes import ARM
 
 PERIOD, WINDOW = 0.01, 0.23
@@ -109,7 +109,7 @@ def test_a_blend_is_passed_no_faster_than_it_can_be() -> None:
 
 def test_a_motion_of_joints_that_is_averaged_takes_a_window_longer() -> None:
     goal = (0.4, 0.25, 0.2, 0.9)
-    motion = point_to_point(NAMES, START, goal, LIMITS, jerk_limited=False)
+    motion = point_to_point(NAMES, START, goal, ROUGH)
     gentle = averaged(motion, WINDOW)
     check(gentle, LIMITS)
     assert gentle.duration == pytest.approx(motion.duration + WINDOW)
@@ -119,7 +119,7 @@ def test_a_motion_of_joints_that_is_averaged_takes_a_window_longer() -> None:
 
 
 def test_a_jump_of_the_velocity_is_found_and_is_one_of_the_jerk() -> None:
-    smooth = point_to_point(NAMES, START, (0.4, 0.25, 0.2, 0.9), LIMITS, jerk_limited=False)
+    smooth = point_to_point(NAMES, START, (0.4, 0.25, 0.2, 0.9), ROUGH)
     points = smooth.positions[[0, -1]]
     straight = Trajectory(NAMES, (0.0, smooth.duration), points)
     moving = Trajectory(NAMES, (0.0, smooth.duration), points, ((0.1, 0.0, 0.0, 0.0), REST))

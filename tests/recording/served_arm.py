@@ -36,7 +36,7 @@ class Read(NamedTuple):
 @contextmanager
 def served(folder: Path, speed: float = 20.0, rate: int = 100) -> Iterator[Served]:
     """Serve a simulated arm."""
-    settings = ServeSettings(NAME, "sim", evidence=folder / "faults", speed=speed)
+    settings = ServeSettings(NAME, "sim", evidence=folder / "faults", real_time_factor=speed)
     with serving(Robot.simulated(evidence=folder / "faults", rate=rate), settings) as owner:
         yield owner
 

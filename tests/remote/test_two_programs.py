@@ -12,7 +12,9 @@ from bioscara.server.serve import Served, ServeSettings, serving
 
 @pytest.fixture(scope="module")
 def arm() -> Iterator[Served]:
-    with serving(Robot.simulated(), ServeSettings("shared", "sim", speed=50.0)) as served:
+    with serving(
+        Robot.simulated(), ServeSettings("shared", "sim", real_time_factor=50.0)
+    ) as served:
         served.robot.home()
         served.robot.unfold()
         yield served

@@ -31,7 +31,7 @@ def main() -> None:
         if at:
             robot.move_joints(at)
             robot.disable()
-        with serving(robot, ServeSettings(NAME, "sim", evidence=evidence, speed=speed)):
+        with serving(robot, ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=speed)):
             print("served", flush=True)  # noqa: T201  for the test
             signal.sigwait({signal.SIGTERM})
 

@@ -35,7 +35,7 @@ from ros.rig import CONFIGS, SUCCEEDED, Rig, rig
 from ros.share import MOVEIT, PACKAGES
 from served import HALF, NAME
 
-pytestmark = pytest.mark.launch
+pytestmark = pytest.mark.ros
 DESCRIPTIONS = ["bioscara_arm_description", "bioscara_gripper_descriptions", "scene_descriptions"]
 BRINGUPS = [
     ("scene_bringup", "bioscara_arm_gripper128"),

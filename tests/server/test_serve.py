@@ -15,7 +15,7 @@ def test_the_service_ends_with_an_error_when_its_loop_has_ended() -> None:
         raise RuntimeError("a defect")
 
     robot = Robot.simulated()
-    settings = ServeSettings("broken", "sim", speed=50.0)
+    settings = ServeSettings("broken", "sim", real_time_factor=50.0)
 
     def serve_until_it_breaks() -> None:
         with serving(robot, settings):

@@ -74,7 +74,7 @@ def test_a_client_that_connects_later_sees_the_simulated_faults() -> None:
         assert client.event("simulation").text == "raw simulates: j3 freeze_encoder 1"
         with RawClient(name="later") as other:
             state = other.request(m.GetSimulation())
-        assert (state.available, state.speed) == (True, 20.0)
+        assert (state.available, state.real_time_factor) == (True, 20.0)
         assert [(each.fault, each.joint, each.value) for each in state.faults] == [
             ("freeze_encoder", "j3", 1.0),
             ("obstacle", "j3", 0.9),
@@ -120,10 +120,10 @@ def test_the_speed_of_time_can_be_chosen_while_the_arm_moves() -> None:
         goal = tuple(here + 0.4 for here in HALF[:1]) + HALF[1:]
         client.request(m.Start(task=tasks.MoveJoints(positions=goal, velocity_scaling=0.05)), epoch)
         for speed in (5.0, 0.5, 1.0):
-            client.request(m.SetSimulationSpeed(speed), epoch)
-            assert client.request(m.GetSimulation()).speed == speed
+            client.request(m.SetRealTimeFactor(speed), epoch)
+            assert client.request(m.GetSimulation()).real_time_factor == speed
             assert pace(served) == pytest.approx(speed, rel=0.25)
-        client.request(m.SetSimulationSpeed(20.0), epoch)
+        client.request(m.SetRealTimeFactor(20.0), epoch)
         eventually(lambda: not served.owner.sample.moving)
         assert served.owner.sample.positions[0] == pytest.approx(goal[0], abs=1e-3)
 
@@ -131,22 +131,22 @@ def test_the_speed_of_time_can_be_chosen_while_the_arm_moves() -> None:
 def test_a_speed_that_cannot_be_is_refused() -> None:
     with arm_served() as served, RawClient() as client:
         with pytest.raises(LeaseError):
-            client.request(m.SetSimulationSpeed(2.0))
+            client.request(m.SetRealTimeFactor(2.0))
         epoch = client.acquire()
         for speed in (0.0, 0.05, 21.0, -1.0):
-            with pytest.raises(LimitError, match="speed of the simulation"):
-                client.request(m.SetSimulationSpeed(speed), epoch)
+            with pytest.raises(LimitError, match="real_time_factor"):
+                client.request(m.SetRealTimeFactor(speed), epoch)
         with pytest.raises(InvalidArgumentError):
-            client.request(m.SetSimulationSpeed(math.nan), epoch)
+            client.request(m.SetRealTimeFactor(math.nan), epoch)
         assert served.robot.arm.session.clock.real_time_factor == 50.0  # type: ignore[attr-defined]
 
 
 def test_a_program_chooses_faults_and_speed() -> None:
     with arm_served() as served, Robot.connect(f"arm:{NAME}") as robot:
         robot.simulate_fault("push", "j1", 1.0)
-        robot.set_simulation_speed(20.0)
+        robot.set_real_time_factor(20.0)
         state = robot.simulation
-        assert state.speed == served.robot.arm.session.clock.real_time_factor == 20.0  # type: ignore[attr-defined]
+        assert state.real_time_factor == served.robot.arm.session.clock.real_time_factor == 20.0  # type: ignore[attr-defined]
         assert [(each.fault, each.joint) for each in state.faults] == [("push", "j1")]
         robot.simulate_fault("clear")
         assert robot.simulation.faults == ()
@@ -162,6 +162,6 @@ def test_an_arm_that_is_simulated_elsewhere_refuses() -> None:
             epoch = client.acquire()
             state = client.request(m.GetSimulation())
             assert (state.available, state.faults) == (False, ())
-            assert math.isnan(state.speed)
+            assert math.isnan(state.real_time_factor)
             with pytest.raises(NotSupportedError, match="real, or simulated by another process"):
-                client.request(m.SetSimulationSpeed(2.0), epoch)
+                client.request(m.SetRealTimeFactor(2.0), epoch)

@@ -177,6 +177,8 @@ def arm(
 ) -> Iterator[Served]:
     """Serve a simulated arm for a block of code."""
     robot = Robot.simulated(evidence=evidence)
-    settings = ServeSettings(name, "sim", overlay=overlay, evidence=evidence, speed=speed)
+    settings = ServeSettings(
+        name, "sim", overlay=overlay, evidence=evidence, real_time_factor=speed
+    )
     with serving(robot, settings) as served:
         yield served

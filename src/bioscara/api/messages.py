@@ -559,17 +559,17 @@ class SimulateFault(Command, frozen=True, tag="simulate_fault"):
     value: float | None = None
 
 
-class SetSimulationSpeed(Command, frozen=True, tag="set_simulation_speed"):
+class SetRealTimeFactor(Command, frozen=True, tag="set_real_time_factor"):
     """Let the time of a simulated arm pass faster or slower; refused on a real one.
 
     Attributes:
-        speed: Simulated time in a second of real time, 0.1 to 20.
+        real_time_factor: Simulated time in a second of real time, 0.1 to 20.
     """
 
     scope = Scope.OPERATE
     needs_lease = True
 
-    speed: float
+    real_time_factor: float
 
 
 class MakePlan(Query, frozen=True, tag="make_plan"):
@@ -1073,7 +1073,7 @@ AnyCommand = (
     | SetSpeedOverride
     | StopAll
     | SimulateFault
-    | SetSimulationSpeed
+    | SetRealTimeFactor
     | MakePlan
     | LoadController
     | ConfigureController
@@ -1287,12 +1287,12 @@ class SimulationState(Result, frozen=True, kw_only=True, tag="simulation"):
 
     Attributes:
         available: Whether faults and speed can be chosen: the owner itself simulates the arm.
-        speed: Simulated time in a second of real time; NaN unless it can be chosen.
+        real_time_factor: Simulated time in a second of real time; NaN unless it can be chosen.
         faults: The simulated faults that last, oldest first.
     """
 
     available: bool
-    speed: float
+    real_time_factor: float
     faults: tuple[SimulatedFaultValue, ...]
 
 

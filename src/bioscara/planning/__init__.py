@@ -17,7 +17,6 @@ from bioscara.planning.limits import ToolLimits as ToolLimits
 from bioscara.planning.motions.cartesian import circular as circular
 from bioscara.planning.motions.cartesian import linear as linear
 from bioscara.planning.motions.point_to_point import point_to_point as point_to_point
-from bioscara.planning.motions.point_to_point import state_to_state as state_to_state
 from bioscara.planning.motions.sequence import Sequenced as Sequenced
 from bioscara.planning.motions.sequence import sequence as sequence
 from bioscara.planning.motions.waypoints import Motion as Motion

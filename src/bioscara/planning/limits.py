@@ -16,7 +16,7 @@ SLOWEST = 1e-3
 """Least speed share of a motion: with it, a motion of one second takes a quarter of an hour."""
 
 
-def check_share(speed: float, name: str = "speed") -> float:
+def check_share(speed: float, name: str = "velocity_scaling") -> float:
     """Check a share of a limit and return it.
 
     Args:

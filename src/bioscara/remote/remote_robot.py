@@ -316,17 +316,17 @@ class RemoteRobot(ArmMethods):
         """The simulated faults that last, and the speed of simulated time."""
         return self._ask(m.GetSimulation(), m.SimulationState)
 
-    def set_simulation_speed(self, speed: float) -> None:
+    def set_real_time_factor(self, factor: float) -> None:
         """Let the time of a simulated arm pass faster or slower, also while it moves.
 
         Args:
-            speed: Simulated time in a second of real time, 0.1 to 20.
+            factor: Simulated time in a second of real time, 0.1 to 20.
 
         Raises:
             NotSupportedError: The arm is real, or simulated by another process.
-            LimitError: The speed is outside its range.
+            LimitError: The factor is outside its range.
         """
-        self._command(m.SetSimulationSpeed(speed))
+        self._command(m.SetRealTimeFactor(factor))
 
     @property
     def workspace(self) -> Workspace:

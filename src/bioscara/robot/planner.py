@@ -198,7 +198,7 @@ class Planner:
             raise TrajectoryError(f"{len(goal)} positions for {len(self.joint_names)} joints")
         here, share = self.here(), check_share(velocity_scaling, "velocity_scaling")
         limits = self._slowed_limits(acceleration_scaling)
-        direct = point_to_point(self.joint_names, here, goal, limits, speed=share)
+        direct = point_to_point(self.joint_names, here, goal, limits, velocity_scaling=share)
         try:
             smooth, slowdown = self._smoothed(direct, here)
             return self._collision_free(smooth, here, slowdown=slowdown)
@@ -358,7 +358,9 @@ class Planner:
         )
         share = check_share(velocity_scaling, "velocity_scaling")
         window = self.workspace.windows[0]
-        trajectory = linear(self.kinematics, here, goal, limits, tool, speed=share, window=window)
+        trajectory = linear(
+            self.kinematics, here, goal, limits, tool, velocity_scaling=share, window=window
+        )
         return self._collision_free(trajectory, here, tool=tool)
 
     def move_relative(
@@ -428,7 +430,14 @@ class Planner:
         share = check_share(velocity_scaling, "velocity_scaling")
         window = self.workspace.windows[0]
         trajectory = circular(
-            self.kinematics, here, point, goal, limits, tool, speed=share, window=window
+            self.kinematics,
+            here,
+            point,
+            goal,
+            limits,
+            tool,
+            velocity_scaling=share,
+            window=window,
         )
         return self._collision_free(trajectory, here, tool=tool)
 
@@ -454,7 +463,7 @@ class Planner:
         share = check_share(velocity_scaling, "velocity_scaling")
         if share < 1.0:
             waypoints = [
-                replace(each, speed=max(share * each.speed, SLOWEST))
+                replace(each, velocity_scaling=max(share * each.velocity_scaling, SLOWEST))
                 for each in items("the waypoints", waypoints)
             ]
         trajectory, warnings = sequence(
@@ -549,7 +558,7 @@ class Planner:
         note = "the elbow moves alone while the arm is folded up: otherwise the hand would touch it"
         try:
             motions = [
-                point_to_point(self.joint_names, start, end, limits, speed=share)
+                point_to_point(self.joint_names, start, end, limits, velocity_scaling=share)
                 for start, end in pairwise(waypoints)
             ]
             legs = [self._smoothed(motion, here)[0] for motion in motions]

@@ -196,7 +196,7 @@ class Owner:
             m.GetHistory: self._past,
             m.GetSimulation: lambda *_: self._simulation.state(),
             m.SimulateFault: self._simulate_fault,
-            m.SetSimulationSpeed: self._set_simulation_speed,
+            m.SetRealTimeFactor: self._set_real_time_factor,
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.GetTrajectories: self._trajectories,
@@ -549,10 +549,8 @@ class Owner:
         fault, joint, value = command.fault, command.joint, command.value
         return Later(lambda: simulate_fault(self._arm, fault, joint, value), finish)
 
-    def _set_simulation_speed(
-        self, client: Client, command: m.SetSimulationSpeed, _: int
-    ) -> m.Done:
-        self._simulation.set_speed(command.speed, client.name)
+    def _set_real_time_factor(self, client: Client, command: m.SetRealTimeFactor, _: int) -> m.Done:
+        self._simulation.set_factor(command.real_time_factor, client.name)
         return m.Done()
 
     def _stop(self, client: Client, *_: object) -> m.Done:

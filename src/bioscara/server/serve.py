@@ -39,7 +39,7 @@ class ServeSettings:
         group: Group whose members may be clients; empty for this user alone.
         gateways: Words of ``bioscara`` that run each of its gateways.
         priority: Real-time priority of the control loop; None for none.
-        speed: Factor by which simulated time is faster than real time.
+        real_time_factor: Factor by which simulated time is faster than real time.
     """
 
     name: str
@@ -52,7 +52,7 @@ class ServeSettings:
     group: str = ""
     gateways: Sequence[tuple[str, ...]] = ()
     priority: int | None = None
-    speed: float = 1.0
+    real_time_factor: float = 1.0
 
     @property
     def simulated(self) -> bool:
@@ -98,7 +98,7 @@ async def serve(
         scene=settings.scene,
         bench=settings.bench,
     )
-    robot.watch(priority=settings.priority, real_time_factor=settings.speed)
+    robot.watch(priority=settings.priority, real_time_factor=settings.real_time_factor)
     server = ApiServer(owner, claim, settings.group)
     gateways = Gateways(settings.gateways, settings.name, owner.announce)
     try:

@@ -36,30 +36,30 @@ class Simulation:
             self._bench.changed = changed
 
     def state(self) -> m.SimulationState:
-        """Return the faults and the speed now."""
+        """Return the faults and the factor of time now."""
         bench, clock = self._bench, self._clock
         faults = () if bench is None else bench.faults
         return m.SimulationState(
             available=bench is not None,
-            speed=math.nan if bench is None or clock is None else clock.real_time_factor,
+            real_time_factor=math.nan if bench is None or clock is None else clock.real_time_factor,
             faults=tuple([m.SimulatedFaultValue(*fault) for fault in faults]),
         )
 
-    def set_speed(self, speed: float, client: str) -> None:
+    def set_factor(self, factor: float, client: str) -> None:
         """Let the arm's time pass faster or slower from the next cycle on.
 
         Args:
-            speed: Simulated time in a second of real time.
+            factor: Simulated time in a second of real time.
             client: Name of the client.
 
         Raises:
             NotSupportedError: The arm is not simulated in this process.
-            LimitError: The speed is outside its range.
+            LimitError: The factor is outside its range.
         """
         bench_of(self._arm)
-        speed = number("speed of the simulation", speed)
-        if not SLOWEST <= speed <= FASTEST:
-            raise LimitError("speed of the simulation", speed, SLOWEST, FASTEST, "")
+        factor = number("real_time_factor", factor)
+        if not SLOWEST <= factor <= FASTEST:
+            raise LimitError("real_time_factor", factor, SLOWEST, FASTEST, "")
         if self._clock is not None:
-            self._clock.real_time_factor = speed
-            self._changed(f"{client} set the speed of the simulation to {speed:g}")
+            self._clock.real_time_factor = factor
+            self._changed(f"{client} set the real_time_factor to {factor:g}")

@@ -228,7 +228,7 @@ def test_limits_hold_across_a_break_of_the_curvature() -> None:
 
 def test_a_share_of_the_speed_is_the_same_motion_in_more_time() -> None:
     start = BARE.solve(FROM, (0, 0, 1, 0))
-    whole, half = (linear(BARE, start, TO, LIMITS, speed=speed) for speed in (1.0, 0.5))
+    whole, half = (linear(BARE, start, TO, LIMITS, velocity_scaling=speed) for speed in (1.0, 0.5))
     assert half.duration == pytest.approx(2.0 * whole.duration)
     assert np.array_equal(half.positions, whole.positions)
 
@@ -462,8 +462,8 @@ def test_bad_starts_are_refused() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, 1e-200, 1e-120, 9e-4, 10.0, -1.0, math.nan])
 def test_bad_shares_of_the_speed_are_refused(speed: float) -> None:
-    with pytest.raises(InvalidArgumentError, match=r"speed .* outside 0\.001 \.\. 1|nan"):
-        linear(BARE, GOOD, TO, LIMITS, speed=speed)
+    with pytest.raises(InvalidArgumentError, match=r"scaling .* outside 0\.001 \.\. 1|nan"):
+        linear(BARE, GOOD, TO, LIMITS, velocity_scaling=speed)
 
 
 @pytest.mark.parametrize("value", [0.0, 1e-310, 9e-7, -1.0, math.nan])

@@ -87,7 +87,7 @@ def test_every_waypoint_is_passed_within_its_blend_and_every_limit_kept(wanted):
 
 def test_each_segment_has_its_speed_and_a_blend_the_lower_one():
     goals = (Pose(0.45, 0.2, 0.2, 0.2), Pose(0.35, 0.2, 0.2, 0.2))
-    ways = [Waypoint(goals[0], blend=0.02), Waypoint(goals[1], speed=0.1)]
+    ways = [Waypoint(goals[0], blend=0.02), Waypoint(goals[1], velocity_scaling=0.1)]
     trajectory, _ = sequence(ARM, START, ways, LIMITS)
     _, poses, speeds = motion_of(trajectory)
     slow = poses[:, 1] > 0.2 - 0.02 + 1e-6
@@ -102,7 +102,7 @@ def test_a_low_speed_or_many_lines_keep_the_tool_on_its_lines(count):
     corners = np.vstack((ARM.forward(START)[:3], places))
     speeds = [0.001 if index == 2 else 1.0 for index in range(count)]
     ways = [
-        Waypoint(Pose(*place), blend=0.005, speed=speed)
+        Waypoint(Pose(*place), blend=0.005, velocity_scaling=speed)
         for place, speed in zip(places.tolist(), speeds, strict=True)
     ]
     trajectory, _ = sequence(ARM, START, [*ways[:-1], replace(ways[-1], blend=0.0)], LIMITS)
@@ -132,8 +132,8 @@ def test_blends_may_almost_meet(left, tool):
     """The rest left between them may last less than the interval of two points of a trajectory."""
     ways = [
         Waypoint(Pose(0.5, 0.1, 0.2, 0.2), blend=0.05 - left),
-        Waypoint(Pose(0.4, 0.1, 0.2, 0.2), blend=0.05, speed=0.9),
-        Waypoint(Pose(0.4, 0.0, 0.2, 0.2), speed=0.5),
+        Waypoint(Pose(0.4, 0.1, 0.2, 0.2), blend=0.05, velocity_scaling=0.9),
+        Waypoint(Pose(0.4, 0.0, 0.2, 0.2), velocity_scaling=0.5),
     ]
     start = ARM.solve(Pose(0.5, 0.0, 0.2, 0.2), START)
     trajectory, _ = sequence(ARM, start, ways, LIMITS, tool)
@@ -188,7 +188,7 @@ def test_an_arc_between_lines_with_blends():
 
 def test_approach_and_retract_are_straight_near_the_target():
     target, above = Pose(0.4, 0.1, 0.19, 0.3), Pose(0.0, 0.0, 0.05)
-    ways = [*approach(target, above, speed=0.1), retract(target, above)]
+    ways = [*approach(target, above, velocity_scaling=0.1), retract(target, above)]
     trajectory, _ = sequence(ARM, START, ways, LIMITS)
     _, poses, speeds = motion_of(trajectory)
     assert nearest(poses, target) < 1e-5
@@ -240,9 +240,15 @@ A, B, C = RECTANGLE[:3]
         ([Waypoint(A), Waypoint(B, blend=0.01)], r"waypoint 1: blend 0.01 m, .* ends there"),
         ([Waypoint(A, PTP, 0.01), Waypoint(B)], r"waypoint 0: blend 0.01 m, .* PTP"),
         ([Waypoint(A, LIN, 0.01), Waypoint(B, PTP)], r"waypoint 0: blend 0.01 m, .* PTP"),
-        ([Waypoint(A, speed=0.0)], r"waypoint 0: speed 0.0 is outside 0.001 .. 1"),
-        ([Waypoint(A, speed=1e-120)], r"waypoint 0: speed 1e-120 is outside"),
-        ([Waypoint(A), Waypoint(B, speed=10.0)], r"waypoint 1: speed 10.0 is outside"),
+        (
+            [Waypoint(A, velocity_scaling=0.0)],
+            r"waypoint 0: velocity_scaling 0.0 is outside 0.001 .. 1",
+        ),
+        ([Waypoint(A, velocity_scaling=1e-120)], r"waypoint 0: velocity_scaling 1e-120 is outside"),
+        (
+            [Waypoint(A), Waypoint(B, velocity_scaling=10.0)],
+            r"waypoint 1: velocity_scaling 10.0 is outside",
+        ),
         ([Waypoint(A, CIRC)], "waypoint 0: an arc needs via"),
         ([Waypoint(A, LIN, 0.0, B)], "waypoint 0: via does not belong to LIN"),
         (
@@ -323,12 +329,16 @@ def test_a_share_for_each_segment_is_the_share_for_all_where_they_are_equal():
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
     with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 segments"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
-    with pytest.raises(InvalidArgumentError, match=r"speed 1.5 is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"velocity_scaling 1.5 is outside"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])
 
 
 def test_a_sequence_with_stops_is_its_motions_planned_one_by_one():
-    ways = [Waypoint(A, PTP), Waypoint(B, speed=0.5), Waypoint(C, CIRC, 0.0, Pose(0.46, 0.22, 0.2))]
+    ways = [
+        Waypoint(A, PTP),
+        Waypoint(B, velocity_scaling=0.5),
+        Waypoint(C, CIRC, 0.0, Pose(0.46, 0.22, 0.2)),
+    ]
     whole, _ = sequence(ARM, START, ways, LIMITS)
     joints, begin = START, 0.0
     for way in ways:

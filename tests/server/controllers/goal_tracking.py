@@ -100,7 +100,7 @@ def tracked(name: str) -> Iterator[tuple[Site, list[Cycle]]]:
         with own_robot(evidence, arm=arm, rate=RATE) as robot:
             robot.home()
             robot.move_joints(HALF)
-            settings = ServeSettings(NAME, "sim", evidence=evidence, speed=20.0)
+            settings = ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=20.0)
             with serving(robot, settings) as served, Robot.connect(f"arm:{NAME}") as client:
                 assert isinstance(client, RemoteRobot)
                 site = Site(served, client)

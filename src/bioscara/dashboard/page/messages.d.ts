@@ -2,7 +2,7 @@
 
 export type FromClient = ClientHello | ClientRequest | Received;
 
-export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetSimulationSpeed | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
 export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | Enable | Disable | EnableGripper | DisableGripper | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Follow | Execute | Jog | SetScene | SetTable;
 
@@ -95,7 +95,7 @@ export interface ClientHello {
 export interface ClientRequest {
   kind: "request";
   id: number;
-  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetSimulationSpeed | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
   epoch?: number | null;
 }
 
@@ -927,6 +927,11 @@ export interface SetParameters {
   revision: number;
 }
 
+export interface SetRealTimeFactor {
+  kind: "set_real_time_factor";
+  real_time_factor: number;
+}
+
 export interface SetReducedSpeed {
   kind: "set_reduced_speed";
   revision?: number | null;
@@ -937,11 +942,6 @@ export interface SetScene {
   kind: "set_scene";
   revision?: number | null;
   scene: SceneValue;
-}
-
-export interface SetSimulationSpeed {
-  kind: "set_simulation_speed";
-  speed: number;
 }
 
 export interface SetSpeedOverride {
@@ -979,7 +979,7 @@ export interface SimulatedFaultValue {
 export interface SimulationState {
   kind: "simulation";
   available: boolean;
-  speed: number;
+  real_time_factor: number;
   faults: SimulatedFaultValue[];
 }
 
@@ -1147,7 +1147,7 @@ export interface Waypoint {
   motion?: Motion;
   blend?: number;
   via?: Pose | null;
-  speed?: number;
+  velocity_scaling?: number;
 }
 
 export interface Welcome {

@@ -19,7 +19,7 @@ def linear(
     limits: Sequence[JointLimits],
     tool: ToolLimits | None = None,
     *,
-    speed: float = 1.0,
+    velocity_scaling: float = 1.0,
     window: float = 0.0,
 ) -> Trajectory:
     """Return the fastest motion of the tool on a straight line, with yaw changing uniformly.
@@ -30,7 +30,7 @@ def linear(
         goal: Goal pose of the tool; it turns by the shorter rotation.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of that speed, 0.001 to 1.
+        velocity_scaling: Share of that speed, 0.001 to 1.
         window: Window over which the speed along the path is averaged [s]; 0 for no averaging.
 
     Raises:
@@ -39,7 +39,7 @@ def linear(
     """
     goal = _reachable(arm, start, goal)
     path = Line(arm.forward(start), goal)
-    return parameterise(arm, path, start, limits, tool, speed=speed, window=window)
+    return parameterise(arm, path, start, limits, tool, speed=velocity_scaling, window=window)
 
 
 def circular(
@@ -50,7 +50,7 @@ def circular(
     limits: Sequence[JointLimits],
     tool: ToolLimits | None = None,
     *,
-    speed: float = 1.0,
+    velocity_scaling: float = 1.0,
     window: float = 0.0,
 ) -> Trajectory:
     """Return the fastest motion of the tool on an arc, with yaw changing uniformly.
@@ -62,7 +62,7 @@ def circular(
         goal: Goal pose of the tool; it turns by the shorter rotation.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of that speed, 0.001 to 1.
+        velocity_scaling: Share of that speed, 0.001 to 1.
         window: Window over which the speed along the path is averaged [s]; 0 for no averaging.
 
     Raises:
@@ -71,7 +71,7 @@ def circular(
     """
     goal = _reachable(arm, start, goal)
     path = Arc.through(arm.forward(start), via, goal)
-    return parameterise(arm, path, start, limits, tool, speed=speed, window=window)
+    return parameterise(arm, path, start, limits, tool, speed=velocity_scaling, window=window)
 
 
 def _reachable(arm: Scara, start: Joints, goal: object) -> Pose:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -12,10 +11,8 @@ from bioscara.arguments import items, number
 from bioscara.errors import TrajectoryError
 from bioscara.kinematics.pose import unit_hint
 from bioscara.planning.limits import JointLimits, check_share
-from bioscara.planning.profiles.double_s import durations, fastest, lasting
-from bioscara.planning.profiles.segments import Bounds, Knot, MotionState
+from bioscara.planning.motions.double_s import Bounds, Knot, least_duration, rest_to_rest
 from bioscara.planning.trajectory.trajectory import Trajectory
-from bioscara.planning.trajectory.validation import check
 
 _ROOM = 1e-6
 """Share of a limit by which rounding may exceed it, as in the check of a trajectory."""
@@ -30,8 +27,7 @@ def point_to_point(
     goal: Sequence[float],
     limits: Sequence[JointLimits],
     *,
-    speed: float = 1.0,
-    jerk_limited: bool = True,
+    velocity_scaling: float = 1.0,
 ) -> Trajectory:
     """Return the fastest motion from rest to rest in which all joints start and end together.
 
@@ -42,60 +38,29 @@ def point_to_point(
         joint_names: The joints.
         start: Their start positions [rad or m]; from beyond a limit they move back.
         goal: Their goal positions [rad or m].
-        limits: Of these joints, in the same order.
-        speed: Share of the speed limits to use, 0.001 to 1.
-        jerk_limited: False allows jumps of acceleration: faster, and rougher.
+        limits: Of these joints, in the same order; with an infinite jerk the acceleration jumps.
+        velocity_scaling: Share of the speed limits to use, 0.001 to 1.
 
     Returns:
         The motion; a single point if the goal is the start.
 
     Raises:
-        InvalidArgumentError: The speed is outside its range, or a value is not a number.
+        InvalidArgumentError: The share is outside its range, or a value is not a number.
         TrajectoryError: The goal is outside the position limits, or start or goal is not finite.
     """
-    speed = check_share(speed)
+    speed = check_share(velocity_scaling)
     start, goal = _plain("start", start, limits), _plain("goal", goal, limits)
     _require_sizes(joint_names, start, goal, limits)
     for limit, there in zip(limits, goal, strict=True):
         _require_inside(limit, "goal", there)
     bounds = [_bounds(limit, speed) for limit in limits]
-    begin, end = [MotionState(p) for p in start], [MotionState(p) for p in goal]
-    if jerk_limited:
-        return _assembled(joint_names, begin, end, _synchronised(begin, end, bounds))
-    joints = [
-        (here, there - here, bound) for here, there, bound in zip(start, goal, bounds, strict=True)
+    ways = [there - here for here, there in zip(start, goal, strict=True)]
+    duration = max(least_duration(way, bound) for way, bound in zip(ways, bounds, strict=True))
+    pieces = [
+        rest_to_rest(here, way, duration, bound)
+        for here, way, bound in zip(start, ways, bounds, strict=True)
     ]
-    duration = max(_quickest(displacement, bound) for _, displacement, bound in joints)
-    pieces = [_trapezoid(*joint, duration) for joint in joints]
-    return _assembled(joint_names, begin, end, pieces)
-
-
-def state_to_state(
-    joint_names: Sequence[str],
-    start: Sequence[MotionState],
-    goal: Sequence[MotionState],
-    limits: Sequence[JointLimits],
-) -> Trajectory:
-    """Return the fastest jerk-limited motion between two states of motion, synchronised.
-
-    Args:
-        joint_names: The joints.
-        start: Their positions, velocities and accelerations at the start.
-        goal: The same at the end.
-        limits: Of these joints, in the same order.
-
-    Raises:
-        TrajectoryError: A state is not finite or cannot be reached or left within the limits, or
-            the motion would leave the position limits in between.
-    """
-    _require_sizes(joint_names, start, goal, limits)
-    for limit, here, there in zip(limits, start, goal, strict=True):
-        _require_possible(limit, "start", here)
-        _require_possible(limit, "goal", there)
-    pieces = _synchronised(start, goal, [_bounds(limit) for limit in limits])
-    trajectory = _assembled(joint_names, start, goal, pieces)
-    check(trajectory, limits)
-    return trajectory
+    return _assembled(joint_names, start, goal, pieces)
 
 
 def _plain(what: str, values: Sequence[float], limits: Sequence[JointLimits]) -> tuple[float, ...]:
@@ -125,99 +90,26 @@ def _require_inside(limit: JointLimits, what: str, value: float) -> None:
         )
 
 
-def _require_possible(limit: JointLimits, what: str, state: MotionState) -> None:
-    """Make sure that a joint can reach a state, or can continue from it, within its limits."""
-    _require_inside(limit, what, state.position)
-    most, hardest, jerk = _bounds(limit)
-    _, v, a = state
-    # The jerk is limited: until the acceleration is zero, the velocity continues to change after
-    # the start, and has changed before the goal.
-    rest = a * abs(a) / (2.0 * jerk) * (1.0 if what == "start" else -1.0)
-    for quantity, value, highest, unit in (
-        ("acceleration", a, hardest, f"{limit.unit}/s^2"),
-        ("velocity", v, most, f"{limit.unit}/s"),
-        ("velocity where the acceleration is zero", v + rest, most, f"{limit.unit}/s"),
-    ):
-        if not abs(value) <= highest * (1.0 + _ROOM):
-            raise TrajectoryError(
-                f"{limit.name}: {quantity} of the {what}, {value:.6g} {unit}, exceeds the limit of "
-                f"{highest:g} {unit}"
-            )
-
-
 def _bounds(limit: JointLimits, speed: float = 1.0) -> Bounds:
     return Bounds(
         speed * limit.max_velocity, speed**2 * limit.max_acceleration, speed**3 * limit.max_jerk
     )
 
 
-def _synchronised(
-    start: Sequence[MotionState], goal: Sequence[MotionState], bounds: Sequence[Bounds]
-) -> list[tuple[Knot, ...]]:
-    """Return motions of equal duration, the least that is possible for all joints."""
-    problems = list(zip(start, goal, bounds, strict=True))
-    profiles = [fastest(*problem) for problem in problems]
-    for duration in _candidates(problems, max(profile.duration for profile in profiles)):
-        together = [
-            own if own.duration == duration else lasting(duration, *problem)
-            for own, problem in zip(profiles, problems, strict=True)
-        ]
-        found = [profile.knots for profile in together if profile is not None]
-        if len(found) == len(together):
-            return found
-    raise TrajectoryError("the joints have no duration in common: the start is beyond a limit")
-
-
-def _candidates(
-    problems: Sequence[tuple[MotionState, MotionState, Bounds]], least: float
-) -> Iterator[float]:
-    """Yield the least duration, and the longer ones from which on a joint's motion may exist."""
-    yield least
-    yield from sorted(t for problem in problems for t in durations(*problem) if t > least)
-
-
-def _quickest(displacement: float, bounds: Bounds) -> float:
-    """Return the least duration from rest to rest without a jerk limit [s]."""
-    most, hardest, _ = bounds
-    if abs(displacement) * hardest <= most * most:
-        return 2.0 * math.sqrt(abs(displacement) / hardest)
-    return abs(displacement) / most + most / hardest
-
-
-def _trapezoid(
-    start: float, displacement: float, bounds: Bounds, duration: float
-) -> tuple[Knot, ...]:
-    """Return the motion from rest to rest in a given time, without a jerk limit."""
-    if duration <= 0.0:
-        return (Knot(0.0, start, 0.0, 0.0, 0.0),)
-    ramp = min(bounds.velocity / bounds.acceleration, duration / 2.0)
-    cruise = duration - 2.0 * ramp
-    velocity = displacement / (ramp + cruise)
-    rise = displacement * ramp / (ramp + cruise) / 2.0
-    acceleration = velocity / ramp
-    knots = [
-        Knot(0.0, start, 0.0, acceleration, 0.0),
-        Knot(ramp, start + rise, velocity, 0.0, 0.0),
-        Knot(ramp + cruise, start + displacement - rise, velocity, -acceleration, 0.0),
-        Knot(duration, start + displacement, 0.0, 0.0, 0.0),
-    ]
-    return tuple(knots)
-
-
 def _assembled(
     names: Sequence[str],
-    start: Sequence[MotionState],
-    goal: Sequence[MotionState],
+    start: Sequence[float],
+    goal: Sequence[float],
     pieces: Sequence[tuple[Knot, ...]],
 ) -> Trajectory:
     """Combine the motions of all joints, which have equal durations, into one trajectory."""
     times = _apart(knot.time for knots in pieces for knot in knots)
     columns = np.array([_cubics(knots, times) for knots in pieces]).reshape(len(names), -1, 4)
     positions, velocities, *cubics = columns.transpose(2, 1, 0)
-    ends = [[state.position for state in goal], [state.velocity for state in goal]]
-    positions, velocities = np.vstack((positions, ends[0])), np.vstack((velocities, ends[1]))
+    positions = np.vstack((positions, goal))
+    velocities = np.vstack((velocities, np.zeros(len(names))))
     if len(times) > 1:
-        positions[0] = [state.position for state in start]
+        positions[0] = start
     return Trajectory(names, times, positions, velocities, cubics=np.stack(cubics, axis=-1))
 
 

@@ -111,8 +111,10 @@ def _free(
     """Return the point-to-point motion to a waypoint, slowed down to the tool's speed limit."""
     goal = arm.solve(waypoint.pose, joints)
     names = [limit.name for limit in limits]
-    motion = point_to_point(names, joints, goal, limits, speed=waypoint.speed)
-    return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.speed)[0]
+    motion = point_to_point(names, joints, goal, limits, velocity_scaling=waypoint.velocity_scaling)
+    return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.velocity_scaling)[
+        0
+    ]
 
 
 def _segments(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]:
@@ -145,10 +147,10 @@ def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
     speeds, index = [], 0
     for segment in path.path.segments:
         if isinstance(segment, Blend):
-            speeds.append(min(run[index].speed, run[index + 1].speed))
+            speeds.append(min(run[index].velocity_scaling, run[index + 1].velocity_scaling))
             index += 1
         else:
-            speeds.append(run[index].speed)
+            speeds.append(run[index].velocity_scaling)
     return speeds
 
 

@@ -43,19 +43,19 @@ class Waypoint:
         blend: Distance from the pose at which the tool may leave the path to it towards the next
             waypoint [m]; 0 rests at the pose.
         via: Point that an arc passes; its yaw does not matter. Required for CIRC, only for it.
-        speed: Share of the possible speed of the motion to it, 0.001 to 1. A blend has the
-            lower speed of the two motions that it joins.
+        velocity_scaling: Share of the possible speed of the motion to it, 0.001 to 1. A blend has
+            the lower one of the two motions that it joins.
     """
 
     pose: Pose
     motion: Motion = Motion.LIN
     blend: float = 0.0
     via: Pose | None = None
-    speed: float = 1.0
+    velocity_scaling: float = 1.0
 
 
 def approach(
-    target: Pose, away: Pose, *, motion: Motion = Motion.PTP, speed: float = 1.0
+    target: Pose, away: Pose, *, motion: Motion = Motion.PTP, velocity_scaling: float = 1.0
 ) -> tuple[Waypoint, Waypoint]:
     """Return the waypoints of an approach: to a pose away from the target, then straight to it.
 
@@ -63,21 +63,25 @@ def approach(
         target: Goal pose of the tool.
         away: Start of the straight line, in the frame of the target; (0, 0, 0.05) is above.
         motion: Kind of motion to the start of the straight line.
-        speed: Share of the possible speed on the straight line.
+        velocity_scaling: Share of the possible speed on the straight line.
     """
     target = require_pose("the target", target)
-    return Waypoint(target.compose(away), motion), Waypoint(target, speed=speed)
+    return Waypoint(target.compose(away), motion), Waypoint(
+        target, velocity_scaling=velocity_scaling
+    )
 
 
-def retract(target: Pose, away: Pose, *, speed: float = 1.0) -> Waypoint:
+def retract(target: Pose, away: Pose, *, velocity_scaling: float = 1.0) -> Waypoint:
     """Return the waypoint of a straight retreat from a target.
 
     Args:
         target: Present pose of the tool.
         away: Goal pose, in the frame of the target.
-        speed: Share of the possible speed.
+        velocity_scaling: Share of the possible speed.
     """
-    return Waypoint(require_pose("the target", target).compose(away), speed=speed)
+    return Waypoint(
+        require_pose("the target", target).compose(away), velocity_scaling=velocity_scaling
+    )
 
 
 def check_waypoints(
@@ -125,7 +129,7 @@ def _check_values(waypoint: Waypoint) -> Waypoint:
     if not isinstance(waypoint.motion, Motion):
         kinds = ", ".join(map(str, Motion))
         raise InvalidArgumentError(f"motion is {shown(waypoint.motion)}; give one of {kinds}")
-    speed, blend = check_share(waypoint.speed), number("blend", waypoint.blend)
+    share, blend = check_share(waypoint.velocity_scaling), number("blend", waypoint.blend)
     if blend < 0.0:
         raise InvalidArgumentError(f"blend {blend:g} m must be 0 or more; 0 rests there")
     if 0.0 < blend < LEAST_BLEND:
@@ -141,7 +145,7 @@ def _check_values(waypoint: Waypoint) -> Waypoint:
     if circular != (waypoint.via is not None):
         text = "an arc needs via" if circular else f"via does not belong to {waypoint.motion.name}"
         raise InvalidArgumentError(f"{text}; a point between start and pose makes a CIRC motion")
-    return Waypoint(pose, waypoint.motion, blend, via, speed)
+    return Waypoint(pose, waypoint.motion, blend, via, share)
 
 
 def _check_blend(waypoint: Waypoint, following: Waypoint | None) -> None:

@@ -52,7 +52,7 @@ _ANSWERS: dict[type[m.Command], type[m.Result]] = {
 _NOTHING: dict[type[m.Command], m.AnyResult] = {
     m.GetLease: m.LeaseState(m.LeaseValue(None, 0, 0.0)),
     m.ListGoals: m.GoalList(()),
-    m.GetSimulation: m.SimulationState(available=False, speed=math.nan, faults=()),
+    m.GetSimulation: m.SimulationState(available=False, real_time_factor=math.nan, faults=()),
     m.GetJoints: m.JointList((), math.nan),
     m.ListControllers: m.ControllerList((), (), ()),
     m.ListFlightRecords: m.FlightRecordList(()),

@@ -116,7 +116,7 @@ def _waypoint(step: Step, *, rests: bool) -> str:
     if step.blend and not rests:
         words.append(f"blend={step.blend!r}")
     if task.velocity_scaling != 1.0:
-        words.append(f"speed={task.velocity_scaling!r}")
+        words.append(f"velocity_scaling={task.velocity_scaling!r}")
     return f"Waypoint({', '.join(words)})"
 
 

@@ -26,7 +26,7 @@ from served import runtime_folder
 @pytest.fixture(scope="module")
 def arm() -> Iterator[Served]:
     """An arm named left that is served 50 times as fast as real time."""
-    with serving(Robot.simulated(), ServeSettings("left", "sim", speed=50.0)) as served:
+    with serving(Robot.simulated(), ServeSettings("left", "sim", real_time_factor=50.0)) as served:
         yield served
 
 
@@ -62,7 +62,7 @@ def test_the_jaws_open_as_far_as_the_owner_has_them(
     overlay = tmp_path / "mine.yaml"
     overlay.write_text("gripper: {upper: 0.1}\n")
     monkeypatch.setenv("BIOSCARA_PARAMETERS", "elsewhere.yaml")
-    served = ServeSettings("right", "sim", speed=50.0)
+    served = ServeSettings("right", "sim", real_time_factor=50.0)
     with serving(Robot.simulated(load_parameters(overlay=overlay)), served) as arm:
         status, out, err = said(capsys, "gripper", "open", "--arm", "right")
         assert (status, err) == (0, "")
@@ -105,7 +105,9 @@ def test_commands_use_the_running_owner_and_say_so(
 def test_a_command_does_not_repeat_the_warnings_that_an_owner_had(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    with serving(Robot.simulated(homed=True), ServeSettings("right", "sim", speed=50.0)) as served:
+    with serving(
+        Robot.simulated(homed=True), ServeSettings("right", "sim", real_time_factor=50.0)
+    ) as served:
         served.robot.unfold()
         served.robot.move_joints([-1.0, 0.1, 1.0, 0.0])
         assert served.robot.warnings
@@ -132,7 +134,7 @@ def test_the_owner_chooses_rate_and_firmware(
 def test_of_two_arms_on_one_bus_one_has_to_be_named(
     arm: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with serving(Robot.simulated(), ServeSettings("right", "sim", speed=50.0)):
+    with serving(Robot.simulated(), ServeSettings("right", "sim", real_time_factor=50.0)):
         with pytest.raises(SystemExit):
             main(["home"])
         assert "there are the arms left, right; choose one with --arm NAME" in (
@@ -224,7 +226,7 @@ def test_a_user_pauses_and_resumes_while_a_program_commands(
 def test_a_pause_without_a_name_is_of_all_arms_and_one_is_resumed(
     arm: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with serving(Robot.simulated(), ServeSettings("right", "sim", speed=50.0)) as right:
+    with serving(Robot.simulated(), ServeSettings("right", "sim", real_time_factor=50.0)) as right:
         status, out, _ = said(capsys, "pause")
         assert (status, len(out.splitlines())) == (0, 2)
         assert right.robot.arm.paused
@@ -340,7 +342,7 @@ def test_a_folder_of_the_sockets_that_cannot_be_made_is_named(
 @pytest.fixture
 def elsewhere() -> Iterator[Served]:
     """An arm on another bus than that of a command without --bus."""
-    settings = ServeSettings("bench", "linux:7", speed=50.0)
+    settings = ServeSettings("bench", "linux:7", real_time_factor=50.0)
     with runtime_folder(), serving(Robot.simulated(homed=True), settings) as served:
         yield served
 
@@ -358,7 +360,7 @@ def test_commands_about_a_lasting_arm_take_the_only_one_that_is_served(
 def test_of_several_served_arms_commands_about_a_lasting_one_name_them(
     arm: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with serving(Robot.simulated(), ServeSettings("bench", "linux:7", speed=50.0)):
+    with serving(Robot.simulated(), ServeSettings("bench", "linux:7", real_time_factor=50.0)):
         for command in ("enable", "disable", "monitor", "faults", "acknowledge", "recover"):
             with pytest.raises(SystemExit):
                 main([command])

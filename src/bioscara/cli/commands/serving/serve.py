@@ -154,7 +154,7 @@ def run(options: Options, output: Output) -> None:
         group=options.group,
         gateways=[_with_one_address(words) for words in options.gateways],
         priority=options.priority,
-        speed=options.real_time_factor,
+        real_time_factor=options.real_time_factor,
     )
     if options.real_time_factor != 1.0 and options.bus != "sim":
         raise InvalidArgumentError(

@@ -153,7 +153,7 @@ class Bench {
     }
     const names = (this.state?.faults ?? []).map(({ fault, joint }) => (joint ? `${nameOf(fault)} (${joint})` : nameOf(fault)));
     setText(this.on, names.length ? text("bench.on_now", { names: names.join(", ") }) : text(this.state ? "bench.nothing_on" : "bench.unknown"));
-    this.#showSpeed(this.state?.speed ?? NaN);
+    this.#showSpeed(this.state?.real_time_factor ?? NaN);
     this.#permit();
   }
 
@@ -167,8 +167,8 @@ class Bench {
   }
 
   async #setSpeed() {
-    const speed = Number(this.speed?.value);
-    await this.app.attempt(() => this.app.request({ kind: "set_simulation_speed", speed }));
+    const factor = Number(this.speed?.value);
+    await this.app.attempt(() => this.app.request({ kind: "set_real_time_factor", real_time_factor: factor }));
     await this.#look();
   }
 
