@@ -2195,6 +2195,13 @@ MUTANTS = (
         (f"{LINK}::test_a_client_that_missed_the_end_of_its_motion_asks_for_it",),
     ),
     Mutant(
+        "web: a view of a served arm has a token to look alone",
+        "Gateway.__init__",
+        "view_token() if settings.read_only else load_tokens",
+        "load_tokens",
+        ("tests/cli/commands/serving/test_view.py",),
+    ),
+    Mutant(
         "web: the Host is checked",
         "Guard._checked",
         'not own.is_host(headers.all("host"))',

@@ -22,6 +22,7 @@ from bioscara.planning import Trajectory, write_csv
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import header, row
+from bioscara.web.access.tokens import default_path
 from served import NAME, arm_served
 
 NAMES = ("j1", "j2", "j3", "j4")
@@ -76,6 +77,7 @@ def test_a_served_arm_is_shown_by_a_gateway_that_may_only_look(
             assert client.get("/api/model").status_code == 200
             assert client.post("/api/parameters/check", json={}).status_code != 200
         assert page_of(NAME) is None
+        assert not default_path(NAME).exists()
         view.send_signal(signal.SIGINT)
         assert view.wait(timeout=20) == 0
 
