@@ -2518,8 +2518,8 @@ MUTANTS = (
     ),
     Mutant(
         "owner: the speed of a simulation is bounded",
-        "Simulation.set_speed",
-        "not SLOWEST <= speed <= FASTEST",
+        "Simulation.set_factor",
+        "not SLOWEST <= factor <= FASTEST",
         "False",
         ("tests/server/test_simulation.py",),
     ),

@@ -6,7 +6,6 @@ the reference of the public names are added to the site, and the links between a
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 from pathlib import Path, PurePosixPath
@@ -42,6 +41,7 @@ REFERENCE = {
 """Pages of the reference: title of each in the index, and heading."""
 _PAGE_OF_PACKAGE = {
     "bioscara.robot.robot": "robot",
+    "bioscara.robot.arm_methods": "robot",
     "bioscara.robot.operations": "robot",
     "bioscara.robot.robot_gripper": "robot",
     "bioscara.robot": "robot",
@@ -58,6 +58,8 @@ _PAGE_OF_PACKAGE = {
     "bioscara.errors": "errors",
 }
 """Page of the names of each package, in the order in which a page has them."""
+_DEFINED_IN = {"bioscara.connect": "bioscara.robot.robot"}
+"""Modules that only pass a name on, and those that define it."""
 _MORE = {
     "bioscara.robot.robot_gripper": ("RobotGripper",),
 }
@@ -135,10 +137,10 @@ def _package(module: str) -> str:
 
 def _public_names() -> dict[str, tuple[str, ...]]:
     """Return the public names of the package by module, without importing it."""
-    tree = ast.parse((ROOT / "src/bioscara/__init__.py").read_text("utf-8"))
-    (value,) = [
-        node.value
-        for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "_MODULES"
-    ]
-    return dict(ast.literal_eval(value))
+    found: dict[str, tuple[str, ...]] = {}
+    for line in (ROOT / "src/bioscara/__init__.pyi").read_text("utf-8").splitlines():
+        if line.startswith("from ") and "__version__" not in line:
+            _, module, _, name, *_ = line.split()
+            module = _DEFINED_IN.get(module, module)
+            found[module] = (*found.get(module, ()), name)
+    return found

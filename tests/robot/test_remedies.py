@@ -368,7 +368,7 @@ def release(w: World) -> None:
 
 def set_scene(revision: int | None) -> Callable[[World], object]:
     task = m.SetScene(scene=m.SceneValue(), revision=revision)
-    return lambda w: w.robot._do(task)
+    return lambda w: w.robot.do(task)
 
 
 SERVED = (

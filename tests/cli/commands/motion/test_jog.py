@@ -183,7 +183,7 @@ def test_p_pauses_a_motion_and_c_continues_it(
 
     sequence = tmp_path / "steps.yaml"
     goal = "{j1: 0.3, j2: 0.2, j3: 0.5, j4: 0.0}"
-    sequence.write_text(f"schema: 1\nsteps:\n- {{kind: move_joints, joints: {goal}}}\n...\n")
+    sequence.write_text(f"schema: 1\nsteps:\n- {{kind: move_joints, positions: {goal}}}\n...\n")
     trajectory = tmp_path / "slow.csv"
     trajectory.write_text("time,j1\n0,0.0\n20,0.3\n")
     target = ("--joints", "0.3", "0.2", "0.5", "0", "--velocity-scaling", "0.05")
