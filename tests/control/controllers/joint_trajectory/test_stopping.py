@@ -137,7 +137,9 @@ def test_an_interrupted_stop_can_be_requested_again(line: int, *, collision_chec
 
 
 def test_with_a_least_time_the_pace_changes_gradually() -> None:
-    move = point_to_point(NAMES, (-0.5, 0.2, 0.3, 0.0), (0.5, 0.2, 0.3, 0.0), PLANNED, speed=0.3)
+    move = point_to_point(
+        NAMES, (-0.5, 0.2, 0.3, 0.0), (0.5, 0.2, 0.3, 0.0), PLANNED, velocity_scaling=0.3
+    )
     course, cruise, least = Interpolator(JointTrajectory.of(move).points), move.duration / 2.0, 0.27
     ramp = Braked(course, cruise, 1.0, MOST, PERIOD, least)
     assert ramp.duration == pytest.approx(least, abs=3 * PERIOD)
