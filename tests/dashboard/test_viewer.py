@@ -24,7 +24,7 @@ from dashboard.test_accessibility import violations
 from processes import wait_until
 from web.gateways import running_gateway
 
-pytestmark = pytest.mark.realtime
+pytestmark = pytest.mark.browser
 
 PARAMETERS = load_parameters()
 ARM = kinematics_of(PARAMETERS)

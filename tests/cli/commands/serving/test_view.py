@@ -44,7 +44,6 @@ def test_without_the_packages_of_the_page_the_error_names_them(
     assert len(error.splitlines()) == 1
 
 
-@pytest.mark.realtime
 def test_it_serves_until_it_is_interrupted(start: Callable[..., subprocess.Popen[str]]) -> None:
     view = start("-m", "bioscara", "view", "--port", "0", cold=True)
     assert view.stdout is not None
@@ -62,7 +61,6 @@ def test_it_serves_until_it_is_interrupted(start: Callable[..., subprocess.Popen
     assert view.stdout.read() == ""
 
 
-@pytest.mark.realtime
 def test_a_served_arm_is_shown_by_a_gateway_that_may_only_look(
     start: Callable[..., subprocess.Popen[str]],
 ) -> None:
