@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import msgspec
 
 from bioscara.arguments import shown
-from bioscara.errors import InvalidArgumentError
+from bioscara.errors import InvalidArgumentError, NotSupportedError
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory
 from bioscara.robot.operations.operation import OnCycle, Operation
@@ -61,14 +61,19 @@ class Task(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
         """Return the method or property of a robot that does it, as ``gripper.move``."""
         return cls.method or cls.kind()
 
-    def operation(self, arm: Arm, conditions: Conditions) -> Operation[Any]:
+    def operation(self, arm: Arm, conditions: Conditions) -> Operation[Any]:  # noqa: ARG002  of those below
         """Return the operation that carries it out, which is not begun.
 
         Args:
             arm: The arm.
             conditions: Its longest duration, and who gets the records.
+
+        Raises:
+            NotSupportedError: Only the owner of an arm can carry it out.
         """
-        raise NotImplementedError
+        raise NotSupportedError(
+            f"{self.kind()} is carried out by the owner of an arm: use Robot.connect('arm:NAME')"
+        )
 
 
 class PlannedMotion(Task, frozen=True, kw_only=True):
