@@ -39,7 +39,6 @@ from bioscara.errors import (
     NotInitializedError,
     NotSupportedError,
     TrajectoryError,
-    UnreachableError,
     ZoneError,
 )
 from bioscara.kinematics import Joints, Pose
@@ -51,7 +50,6 @@ from bioscara.planning.motions.jog_limitation import JogLimit
 from bioscara.remote import RemoteRobot
 from bioscara.remote.remote_operation import RemoteOperation
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.operations.running import Status
 from bioscara.robot.workspace.frames import Frame
@@ -60,8 +58,8 @@ from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import SimulatedArm
 from processes import wait_until
-from served import HALF, NAME, arm_served, eventually, own_robot
-from simulated import NAMES, simulated_bus
+from served import HALF, NAME, arm_served, eventually
+from simulated import NAMES
 
 WITHOUT_OWNER = {"bus", "clock", "joints", "arm", "simulated", "connect", "on_bus"}
 """Names of a robot in this process alone."""
@@ -131,8 +129,8 @@ def parameters(function: Any) -> list[tuple[str, Any, Any]]:
 
 
 APART = {
-    "abandon", "begin", "cycles", "devices", "forget", "interrupt", "observe", "pausable", "prepare",
-    "prepared", "step", "stopping", "stop_unseen",
+    "abandon", "begin", "cycles", "devices", "forget", "interrupt", "observe", "pausable",
+    "prepare", "prepared", "step", "stopping", "stop_unseen",
 }  # fmt: skip
 """Names of an operation that only those have that carry it out."""
 
