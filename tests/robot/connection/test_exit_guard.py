@@ -154,7 +154,9 @@ def test_a_program_handles_its_signals_itself_if_it_did_before(
 
 
 def test_a_hangup_that_is_ignored_stays_ignored(begin: Start, arm: Path, folder: Path) -> None:
-    process = begin("opened", cold=True, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process = begin(
+        "opened", cold=True, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    )
     process.send_signal(signal.SIGHUP)
     time.sleep(0.3)
     assert process.poll() is None
