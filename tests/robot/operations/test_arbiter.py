@@ -100,25 +100,6 @@ def test_rule_43_a_call_during_another_call_is_refused(scene: Bench) -> None:
     scene.robot.move_joints(START)
 
 
-@pytest.mark.parametrize("name", [*CALLS, *WITH_THE_GRIPPER])
-def test_a_call_from_a_callback_is_refused(scene: Bench, name: str) -> None:
-    records: list[CycleRecord] = []
-
-    def observe(record: CycleRecord) -> None:
-        # In each cycle, also in those that bring the arm to rest after the first refusal.
-        records.append(record)
-        if len(records) >= 30:
-            (CALLS | WITH_THE_GRIPPER)[name](scene.robot)
-
-    with pytest.raises(BusyError, match="refused inside move_joints") as refused:
-        scene.robot.move_joints(GOAL, on_cycle=observe)
-    assert str(refused.value).startswith(name)
-    # The belts swing out.
-    scene.arm.run(0.1)
-    assert scene.speed() < 0.02
-    assert scene.robot.faults == ()
-
-
 def test_an_observer_that_always_fails_leaves_the_arm_at_rest(scene: Bench) -> None:
     """The joints' own watchdog would stop them too, but not on a common ramp."""
     records: list[CycleRecord] = []
@@ -335,7 +316,7 @@ MOTIONS = {
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-@pytest.mark.parametrize("place", [0, 1, 2, 4, 8, 16])
+@pytest.mark.parametrize("place", [0, 2, 8])
 def test_ctrl_c_anywhere_leaves_no_active_goal(
     scene: Bench, name: str, place: int, tmp_path: Path
 ) -> None:
