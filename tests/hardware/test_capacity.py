@@ -84,7 +84,7 @@ def test_velocities_that_the_bus_cannot_carry_are_refused_before_anything_moves(
         assert taken == pytest.approx(10.5 if v1 else 11.88, rel=0.02)
         assert carried == pytest.approx(850.0 / taken, abs=1.0)
         assert stack.manager.controller("velocities").state is LifecycleState.INACTIVE
-        assert all(axis.mode is not Mode.VELOCITY for axis in stack.arm.axes)
+        assert all(axis.mode is not Mode.VELOCITY for axis in stack.hardware.axes)
         robot.move_joints(tuple(AT.values()))
         assert robot.faults == ()
 
@@ -130,4 +130,4 @@ def test_a_stop_is_never_refused_for_the_bus() -> None:
         stack.use("one", now())
         stack.supervisor.stop(now())
         assert stack.manager.controller(HOLD).state is LifecycleState.ACTIVE
-        assert stack.arm.state is LifecycleState.ACTIVE
+        assert stack.hardware.state is LifecycleState.ACTIVE

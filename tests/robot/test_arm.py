@@ -120,7 +120,7 @@ def test_a_homed_joint_left_energised_is_released(tmp_path: Path) -> None:
 
 def test_joints_left_energised_by_another_program_are_released(scene: Scene) -> None:
     with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
-        assert after._arm.stack.arm.state is LifecycleState.INACTIVE
+        assert after._arm.stack.hardware.state is LifecycleState.INACTIVE
     assert scene.energised() == []
 
 

@@ -180,7 +180,7 @@ def test_the_error_of_an_observer_is_raised_once_the_arm_is_at_rest(
     with pytest.raises(OSError, match="No space"):
         homed.robot.move_joints((-1.0, 0.28, 0.5, 0.5), velocity_scaling=0.3, on_cycle=observe)
     stack = homed.robot._arm.stack
-    for axis in stack.arm.axes:
+    for axis in stack.hardware.axes:
         assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
     assert max(homed.speeds()) < 1e-3
     assert homed.robot.faults == ()

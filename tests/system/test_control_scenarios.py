@@ -170,7 +170,7 @@ def test_host3_the_joints_of_a_host_that_died_stop_and_the_next_comes_up_faulted
         scene.arm.run(0.2)
         assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
         again.enable()
-        assert [axis.homed for axis in again._arm.session.arm.axes] == [True] * 4
+        assert [axis.homed for axis in again._arm.session.hardware.axes] == [True] * 4
         again.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
@@ -296,7 +296,7 @@ def test_usr1_an_emergency_stop_is_named_at_once_and_targets_are_dropped(scene: 
     stack = robot._arm.stack
     # Joints that are off cannot be identified.
     off = LifecycleState.INACTIVE if scene.arm.controllers_fed else LifecycleState.UNCONFIGURED
-    assert stack.arm.state is off
+    assert stack.hardware.state is off
     assert not [
         controller
         for controller in stack.manager.controllers
@@ -369,7 +369,7 @@ def test_usr2_controllers_that_stay_on_keep_the_home_and_nothing_moves_on_return
     after = [scene.arm.position(name) for name in NAMES]
     assert after == pytest.approx(before, abs=1e-6)
     recover(scene)
-    assert all(axis.homed for axis in scene.robot._arm.session.arm.axes)
+    assert all(axis.homed for axis in scene.robot._arm.session.hardware.axes)
     scene.robot.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 

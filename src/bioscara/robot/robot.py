@@ -277,7 +277,7 @@ class Robot(ArmMethods):
     @property
     def joints(self) -> tuple[Joint, ...]:
         """The drivers of the joints."""
-        return self._arm.session.arm.joints
+        return self._arm.session.hardware.joints
 
     @property
     def firmware(self) -> tuple[str, ...]:
@@ -300,7 +300,7 @@ class Robot(ArmMethods):
     @property
     def is_enabled(self) -> bool:
         session = self._arm.session
-        return session.connected and session.arm.state is LifecycleState.ACTIVE
+        return session.connected and session.hardware.state is LifecycleState.ACTIVE
 
     @property
     def is_moving(self) -> bool:

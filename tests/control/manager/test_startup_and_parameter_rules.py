@@ -93,7 +93,7 @@ def test_rule_58_one_joint_that_does_not_answer_releases_all_and_closes_the_bus(
     robot = start(arm)
     with pytest.raises(BioscaraError, match=absent), robot:
         pass
-    assert robot._arm.session.arm.state is LifecycleState.UNCONFIGURED
+    assert robot._arm.session.hardware.state is LifecycleState.UNCONFIGURED
     assert [joint.session.version for joint in robot.joints] == [0] * 4
     assert not any(arm.has_torque(name) for name in NAMES)
     with pytest.raises(BusUnavailableError, match="closed"):
@@ -106,7 +106,7 @@ def test_rule_58_one_joint_that_cannot_be_enabled_leaves_none_enabled() -> None:
         arm.set_power("j4", on=False)
         with pytest.raises(BioscaraError, match="j4"):
             robot.enable()
-        assert robot._arm.stack.arm.state is LifecycleState.INACTIVE
+        assert robot._arm.stack.hardware.state is LifecycleState.INACTIVE
         assert not any(arm.has_torque(name) for name in NAMES)
         arm.set_power("j4", on=True)
 

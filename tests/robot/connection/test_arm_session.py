@@ -156,7 +156,7 @@ def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: 
         with pytest.raises(LifecycleError, match="connected already"):
             robot.open()
         assert not made.bus.closed
-        assert robot._arm.stack.arm.state is LifecycleState.ACTIVE
+        assert robot._arm.stack.hardware.state is LifecycleState.ACTIVE
         robot.disable()
     assert made.bus.closed
     with pytest.raises(LifecycleError, match="make another"), made.robot:

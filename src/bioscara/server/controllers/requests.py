@@ -257,7 +257,7 @@ class ClientControllers:
             raise SwitchError(f"there is no hardware component {command.component!r}; {hint}")
         state = states[command.state]
         check = self._admission.check("setting a hardware state", client, epoch)
-        used = ARM if command.component == stack.arm.name else GRIPPER
+        used = ARM if command.component == stack.hardware.name else GRIPPER
 
         def work() -> LifecycleState:
             run = self._run

@@ -40,7 +40,7 @@ class JointReports:
         with self._reading:
             if self._clock() >= self._due and self._arm.watched:
                 self._read()
-        joints = tuple([self._joint(axis) for axis in self._arm.stack.arm.axes])
+        joints = tuple([self._joint(axis) for axis in self._arm.stack.hardware.axes])
         return m.JointList(joints, self._counted)
 
     def _read(self) -> None:

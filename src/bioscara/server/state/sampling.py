@@ -31,7 +31,7 @@ class Sampler:
 
     def __init__(self, arm: Arm) -> None:
         self._arm = arm
-        self._names = tuple(axis.name for axis in arm.stack.arm.axes)
+        self._names = tuple(axis.name for axis in arm.stack.hardware.axes)
         self._cycle = 0
 
     def sample(self, cycle: CycleReport) -> StateSample:
@@ -39,7 +39,7 @@ class Sampler:
         arm = self._arm
         stack = arm.stack
         self._cycle += 1
-        axes, states = stack.arm.axes, stack.broadcaster.states
+        axes, states = stack.hardware.axes, stack.broadcaster.states
         count = len(axes)
         pose = None
         if states is None:
@@ -64,7 +64,7 @@ class Sampler:
             pose=pose,
             **self._condition(),
             late=max(cycle.timing.late, 0.0),
-            bus_time=stack.arm.bus_time,
+            bus_time=stack.hardware.bus_time,
             stale=states is None,
             loads=_loads(axes),
         )
@@ -83,7 +83,7 @@ class Sampler:
         arm, stack = self._arm, self._arm.stack
         return {
             "width": arm.jaws.commanded,
-            "enabled": stack.arm.state is LifecycleState.ACTIVE,
+            "enabled": stack.hardware.state is LifecycleState.ACTIVE,
             "fault": stack.supervisor.state.value,
             "paused": bool(pauses := arm.pauses),
             "paused_by": tuple(pauses.values()),

@@ -49,11 +49,11 @@ def trigger_homing(
             f"{name}: the tool carries {load.name}, and the path of homing is clear only for an "
             "empty gripper; detach() it"
         )
-    for axis in stack.arm.axes:
+    for axis in stack.hardware.axes:
         if owner := axis.position_command.owner or axis.velocity_command.owner:
             raise GoalRejectedError(f"{name}: {owner} commands {axis.name}; deactivate it first")
-    require_homing_of(stack.arm.axes, stack.homing.parameters.joints, joint, command)
-    for axis in stack.arm.axes:
+    require_homing_of(stack.hardware.axes, stack.homing.parameters.joints, joint, command)
+    for axis in stack.hardware.axes:
         if axis.name == joint:
             # The configured ones, not those of an earlier homing.
             axis.homing.sensitivity = axis.homing.current = None

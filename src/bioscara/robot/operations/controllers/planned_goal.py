@@ -115,7 +115,7 @@ class PlannedGoal:
         """Return the parts of the course, and that as a goal."""
         controller, names = self._controller, self._controller.parameters.joints
         asked = controller.arranged(self._goal.trajectory, start.positions)
-        columns = [names.index(axis.name) for axis in self._arm.stack.arm.axes]
+        columns = [names.index(axis.name) for axis in self._arm.stack.hardware.axes]
         points = [_in_order(point, columns) for point in asked]
         here = tuple([start.positions[column] for column in columns])
         self._require_reach(points[-1].positions, here)
@@ -133,8 +133,11 @@ class PlannedGoal:
         One that is nearer to its limit, as homing leaves it, may stay.
         """
         stack = self._arm.stack
-        for axis, end, at in zip(stack.arm.axes, ends, here, strict=True):
-            limits, joint = stack.arm.limits[axis.name], stack.manager.limiter.joints[axis.name]
+        for axis, end, at in zip(stack.hardware.axes, ends, here, strict=True):
+            limits, joint = (
+                stack.hardware.limits[axis.name],
+                stack.manager.limiter.joints[axis.name],
+            )
             kept = joint.distance_kept(stack.loop.period)
             lower, upper = min(limits.lower + kept, at), max(limits.upper - kept, at)
             tolerance = self._controller.parameters.constraints.of(axis.name).goal
@@ -191,7 +194,7 @@ def slowed(
     if len({tuple(map(bool, point[1:])) for point in points}) > 1:
         points = [Point(point.time, point.positions) for point in points]
     names = controller.parameters.joints
-    limits = [arm.stack.arm.limits[name] for name in names]
+    limits = [arm.stack.hardware.limits[name] for name in names]
     asked = motion_of(names, points, here)
     course = within(asked, limits)
     if math.isfinite(space.commanded_speed):
@@ -239,7 +242,7 @@ def can_be_planned(arm: Arm, controller: JointTrajectoryController, goal: Prepar
     given = {tuple(map(bool, point[1:])) for point in trajectory.points}
     return (
         not trajectory.stamp
-        and {axis.name for axis in arm.stack.arm.axes} == set(parameters.joints)
+        and {axis.name for axis in arm.stack.hardware.axes} == set(parameters.joints)
         and parameters.interpolation_method == "splines"
         and len(given) == 1
     )
