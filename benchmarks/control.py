@@ -308,7 +308,7 @@ def _punctual() -> tuple[_Punctuality, _Punctuality]:
                 return clock.now() >= end
 
             # The public calls run the loop only while something moves.
-            robot._arm.run(ended)  # noqa: SLF001
+            robot.runner.arm.run(ended)
             if bare.wait():
                 raise RuntimeError(f"the bare loop ended with {bare.returncode}")
             output.seek(0)

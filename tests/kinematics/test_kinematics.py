@@ -160,7 +160,9 @@ def test_a_start_that_is_not_finite_is_refused(value: float) -> None:
 
 @pytest.mark.parametrize("field", range(4))
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("arm", [ARM, Scara(GEOMETRY, LIMITS, IDENTITY, Pose(1.0, 0.0, 0.0, 1.0))])
+@pytest.mark.parametrize(
+    "kinematics", [ARM, Scara(GEOMETRY, LIMITS, IDENTITY, Pose(1.0, 0.0, 0.0, 1.0))]
+)
 def test_a_pose_that_is_not_finite_is_refused(kinematics: Scara, field: int, value: float) -> None:
     pose = Pose(*(value if i == field else 0.2 for i in range(4)))
     with pytest.raises(InvalidArgumentError, match="not a finite number"):

@@ -26,7 +26,6 @@ from bioscara.errors import BioscaraError, GoalRejectedError, NotHomedError
 from bioscara.planning import Trajectory
 from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.robot.arm import Arm
-from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.goal_course import (
     course_of,
     joined_points,
@@ -34,6 +33,7 @@ from bioscara.robot.operations.controllers.goal_course import (
     within,
 )
 from bioscara.robot.planner import Planner
+from bioscara.robot.runner import Runner
 from bioscara.robot.workspace.workspace import Workspace
 
 T = TypeVar("T")
@@ -66,7 +66,7 @@ class PlannedGoal:
     Created between two cycles.
 
     Args:
-        arm: The arm.
+        runner: Runs the operations of the arm.
         controller: The controller; it accepts the goal.
         goal: The goal, prepared.
 
@@ -78,9 +78,11 @@ class PlannedGoal:
         GoalRejectedError: The controller cannot follow it.
     """
 
-    def __init__(self, arm: Arm, controller: JointTrajectoryController, goal: PreparedGoal) -> None:
-        self._arm, self._controller, self._goal = arm, controller, goal
-        self.handle: GoalHandle = controller.accept_goal(goal, arm.session.clock.now())
+    def __init__(
+        self, runner: Runner, controller: JointTrajectoryController, goal: PreparedGoal
+    ) -> None:
+        self._runner, self._arm, self._controller, self._goal = runner, runner.arm, controller, goal
+        self.handle: GoalHandle = controller.accept_goal(goal, self._arm.session.clock.now())
         self.course: tuple[Trajectory, ...] = ()
 
     def plan(self) -> None:
@@ -102,7 +104,7 @@ class PlannedGoal:
             raise
 
     def _call(self, work: Callable[[], T]) -> T:
-        return between_cycles(self._arm, f"a goal for {self._controller.name}", work)
+        return self._runner.between_cycles(f"a goal for {self._controller.name}", work)
 
     def _at_rest(self) -> _Start | None:
         """Return where the goal begins; None while the arm moves, or if it has ended."""
