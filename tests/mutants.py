@@ -951,7 +951,7 @@ MUTANTS = (
     Mutant(
         "what joints latched before is a fault of the arm",
         "ArmSession.connect",
-        "stack.latch(self.arm.latched(Flags.FAULT | Flags.STALL), self.clock.now())",
+        "stack.latch(self.hardware.latched(Flags.FAULT | Flags.STALL), self.clock.now())",
         "",
         ("tests/robot/connection/test_arm_session.py",),
     ),
@@ -1055,7 +1055,7 @@ MUTANTS = (
     ),
     Mutant(
         "signals keep no setpoints from joints that come to rest",
-        "Arm.execute",
+        "Runner.execute",
         "nullcontext() if ending is None else exit_guard.postponed()",
         "nullcontext()",
         ("tests/robot/connection/test_exit_guard.py",),
@@ -1069,15 +1069,15 @@ MUTANTS = (
     ),
     Mutant(
         "a request to end the program at the end of a motion is raised",
-        "Arm.execute",
+        "Runner.execute",
         "ending is not None",
         "False",
         OPERATIONS,
     ),
     Mutant(
         "a callback does not wait for its own motion",
-        "Arm.in_callback",
-        "self._stepper is threading.current_thread()",
+        "Turn.mine",
+        "self.holder is threading.current_thread()",
         "False",
         OPERATIONS,
     ),
@@ -1203,7 +1203,7 @@ MUTANTS = (
     Mutant(
         "nobody asks the joints while another thread moves them",
         "Arm.states",
-        "stepped = self._stepper is not None",
+        "stepped = self.turn.holder is not None",
         "stepped = False",
         TURN,
     ),
@@ -1391,7 +1391,7 @@ MUTANTS = (
     ),
     Mutant(
         "rest of a motion that Ctrl-C interrupts as it begins",
-        "Arm.execute",
+        "Runner.execute",
         "if not _interrupted_after_begin(operation, error)",
         "if True",
         ("tests/robot/operations/test_ctrl_c_at_the_begin.py",),

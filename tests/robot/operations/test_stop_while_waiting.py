@@ -41,7 +41,7 @@ def test_the_setpoint_of_the_next_cycle_brakes(cycles: int) -> None:
     ) as robot:
         robot.home()
         robot.unfold()
-        lift = robot.arm.stack.manager.limiter.joints["j2"]
+        lift = robot.runner.arm.stack.manager.limiter.joints["j2"]
         speeds: list[float] = []
 
         def stop() -> None:
@@ -51,11 +51,11 @@ def test_the_setpoint_of_the_next_cycle_brakes(cycles: int) -> None:
         def observe(_: CycleReport) -> None:
             speeds.append(abs(lift.speed))
 
-        robot.arm.observers = (observe,)
+        robot.runner.observers = (observe,)
         clock.meanwhile = stop
         with pytest.raises(MotionCancelledError):
             robot.move_joints((*robot.state.positions[:1], 0.05, 0.0, 0.0), velocity_scaling=0.2)
-        robot.arm.observers = ()
+        robot.runner.observers = ()
         # It was as fast or faster in each cycle before; now it gains less, or becomes slower.
         gain = speeds[cycles - 1] - speeds[cycles - 2]
         assert gain > -1e-9
