@@ -119,9 +119,8 @@ def _program(way: Way) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """Run the program until the arm moves; with the near end of its terminal."""
     near, far = pty.openpty() if way.terminal else (-1, -1)
     words = (str(PROGRAM), way.kind, os.ttyname(far) if way.terminal else "")
-    with running(
-        *words, cold=True, env=environment(), stdin=subprocess.PIPE, stderr=subprocess.DEVNULL
-    ) as process:
+    options = {"env": environment(), "stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with running(*words, cold=way.kind in BY_ITSELF[:2], **options) as process:
         wait_for_line(process, "moving")
         if way.terminal:
             os.close(far)

@@ -68,11 +68,11 @@ def test_ctrl_c_at_any_call_of_the_begin_leaves_nothing_running(robot: Robot, wa
     begin = Runner.execute if wait else Runner.start
     codes = {each.__code__ for each in (begin, Runner.begin, Operation.begin)}
     for number in range(CALLS):
-        if not interrupted(lambda: robot.move_joints(NEAR, wait=wait), number, codes):
+        goal = HALF if number % 2 else NEAR
+        if not interrupted(lambda goal=goal: robot.move_joints(goal, wait=wait), number, codes):
             break
         if not wait:
             eventually(lambda: not robot.is_moving, what=f"the arm rests after {number}")
         assert not robot.is_moving, number
         assert robot.runner.arm.operations == (), number
-        robot.move_joints(HALF)
     assert number > 10

@@ -137,6 +137,6 @@ def test_a_fault_leaves_only_what_events_and_goals_keep_of_it(
             gc.collect()
             return len(gc.get_objects())
 
-        counts = [objects_after(20) for _ in range(4)]
+        counts = [objects_after(8) for _ in range(4)]
         # Unbounded, they were about 100 for each fault; what else the process makes comes once.
-        assert min(later - before for before, later in pairwise(counts[1:])) < 20 * 10
+        assert min(later - before for before, later in pairwise(counts[1:])) < 8 * 20
