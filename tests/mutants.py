@@ -55,12 +55,13 @@ def read(text: str) -> tuple[Mutant, ...]:
         sign, rest = line[0], line[2:]
         if sign == "[":
             tests = tuple(line.strip("[]").split())
-        elif sign in "-+" and found:
-            field = "old" if sign == "-" else "new"
-            before = getattr(found[-1], field)
-            found[-1] = replace(found[-1], **{field: f"{before}\n{rest}" if before else rest})
+        elif sign == "-" and found:
+            found[-1] = replace(found[-1], old=f"{found[-1].old}\n{rest}".lstrip("\n"))
+        elif sign == "+" and found:
+            found[-1] = replace(found[-1], new=f"{found[-1].new}\n{rest}".lstrip("\n"))
         elif " @ " in line and sign != "#":
-            found.append(Mutant(*line.split(" @ "), "", "", tests))
+            guard, _, place = line.partition(" @ ")
+            found.append(Mutant(guard, place, "", "", tests))
         elif sign != "#":
             raise ValueError(f"{line}: not [TESTS], NAME @ PLACE, - OLD or + NEW")
     return tuple(found)
