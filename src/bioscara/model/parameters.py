@@ -424,7 +424,7 @@ def _named(name: str) -> Before:
 
 
 class JointTable(Checked):
-    """The joints by name, as files and descriptions have them."""
+    """The joints by name, as files have them."""
 
     j1: Annotated[JointParameters, _named("j1")]
     j2: Annotated[JointParameters, _named("j2")]
