@@ -131,9 +131,6 @@ class GripperActionController(Controller[GripperActionParameters]):
     def send_goal(self, goal: GripperGoal) -> GripperGoalHandle:
         """Move the gripper; a goal that still runs is cancelled.
 
-        Args:
-            goal: The goal.
-
         Returns:
             The accepted goal.
 

@@ -23,11 +23,7 @@ _FRESH = Quality.FRESH
 
 
 class Sampler:
-    """Makes a sample of the arm's state at the end of each cycle.
-
-    Args:
-        arm: The arm, connected.
-    """
+    """Makes a sample of the arm's state at the end of each cycle."""
 
     def __init__(self, arm: Arm) -> None:
         self._arm = arm
