@@ -58,17 +58,11 @@ def test_the_arrays_have_every_value_of_every_cycle(cycles: list[CycleRecord]) -
     recording = record(cycles)
     assert len(recording) == len(cycles)
     assert recording.phases == tuple(cycle.phase for cycle in cycles)
+    np.testing.assert_array_equal(recording.times, [cycle.start for cycle in cycles])
     for array, name in (
-        (recording.times, "start"),
-        (recording.trajectory_times, "trajectory_time"),
-    ):
-        np.testing.assert_array_equal(array, [getattr(cycle, name) for cycle in cycles])
-    for array, name in (
-        (recording.measurement_times, "time"),
         (recording.positions, "position"),
         (recording.velocities, "velocity"),
         (recording.references, "reference"),
-        (recording.reference_velocities, "reference_velocity"),
     ):
         values = [[getattr(joint, name) for joint in cycle.joints] for cycle in cycles]
         np.testing.assert_array_equal(array, np.reshape(values, (len(cycles), 4)))

@@ -78,22 +78,9 @@ class Samples:
         return self._table()[:, 0]
 
     @property
-    def trajectory_times(self) -> Array:
-        """Time in the trajectory at the begin of each cycle [s], shape (n,).
-
-        Negative in the approach to its start; NaN for motions without a trajectory.
-        """
-        return self._table()[:, _COLUMN["trajectory_time"]]
-
-    @property
     def phases(self) -> tuple[Phase, ...]:
         """Part of the motion that each cycle belongs to."""
         return tuple(_PHASES[int(number)] for number in self._table()[:, _COLUMN["phase"]])
-
-    @property
-    def measurement_times(self) -> Array:
-        """Time of each measurement [s since the robot was connected], shape (n, 4)."""
-        return self._of_joints("time")
 
     @property
     def positions(self) -> Array:
@@ -107,16 +94,11 @@ class Samples:
 
     @property
     def references(self) -> Array:
-        """Reference positions at ``measurement_times``, shape (n, 4); NaN where there is none.
+        """Reference positions at the measurements, shape (n, 4); NaN where there is none.
 
         ``positions - references`` is the tracking error.
         """
         return self._of_joints("reference")
-
-    @property
-    def reference_velocities(self) -> Array:
-        """Reference velocities at ``measurement_times``, shape (n, 4)."""
-        return self._of_joints("reference_velocity")
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return a frame with one row per cycle and the columns of ``samples.csv``.

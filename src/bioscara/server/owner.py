@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bioscara.api import messages as m
-from bioscara.api.values import fault_value, trajectory_value, workspace_value
+from bioscara.api.values import fault_value, trajectory_of, trajectory_value, workspace_value
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.loop.loop import CycleReport
 from bioscara.errors import (
@@ -59,7 +59,7 @@ from bioscara.server.state.sampling import Sampler
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.owner_tasks import OwnerTasks
-from bioscara.server.tasks.uploads import Uploads
+from bioscara.server.tasks.uploads import TrajectoryUploads
 from bioscara.version import __version__
 
 _log = logging.getLogger(__name__)
@@ -135,7 +135,7 @@ class Owner:
         self.changed: Callable[[bool], object] = lambda _: None
         self._plans: OrderedDict[int, Plan] = OrderedDict()
         self._last_plan = 0
-        self._uploads = Uploads()
+        self._uploads = TrajectoryUploads()
         poses, zones = table_file(table, robot.table.fingers), scene_file(scene)
         if (taught := poses.read()) is not None:
             robot.table = taught
@@ -174,7 +174,8 @@ class Owner:
         self._handlers: dict[type[m.Command], Callable[[Client, Any, int], Any]] = {
             m.Start: self._start,
             m.AddPoints: lambda _, command, __: Later(
-                lambda: self._uploads.add(command), lambda added: added
+                lambda: self._uploads.add(command.upload, trajectory_of(command.points)),
+                lambda added: added,
             ),
             m.SetJogVelocity: self._set_jog_velocity,
             m.EndJog: self._end_jog,

@@ -25,6 +25,7 @@ from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.realtime import PRIORITY, realtime
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.registry import TYPES
+from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import (
     BioscaraError,
     BusUnavailableError,
@@ -32,22 +33,21 @@ from bioscara.errors import (
     GripperError,
     SwitchError,
 )
-from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState, Urdf
-from bioscara.model.urdf import URDF
+from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState
 from bioscara.model.validation import Checked
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from control.control_stack import LIMITS, NAMES, NEAR, PARAMETERS, World
 from control.scripted_controller import Box, boom, wild
 
 
-def test_rule_42_a_manager_is_made_with_the_hardware_of_one_description(tmp_path: Path) -> None:
-    urdf, arm = Urdf.load(URDF), SimulatedArm()
-    with SimulatedServo(PARAMETERS.gripper.outputs[0]) as servo:
+def test_rule_42_a_manager_is_made_with_all_of_its_hardware(tmp_path: Path) -> None:
+    arm, jaws = SimulatedArm(), PARAMETERS.gripper
+    with SimulatedServo(jaws.outputs[0]) as servo:
+        pwm = Pwm(jaws.outputs, arm.clock, servo.root)
+        driver = Gripper(pwm, jaws, tmp_path / "width")
         components = (
-            ArmHardware.from_description(urdf, FirmwareBus(arm), arm.clock),
-            GripperHardware.from_description(
-                urdf, PARAMETERS.gripper, arm.clock, tmp_path / "width", root=servo.root
-            ),
+            ArmHardware("bioscara_arm", FirmwareBus(arm), arm.clock, PARAMETERS.joints),
+            GripperHardware("bioscara_gripper_128", "gripper", driver, arm.clock),
         )
         manager = ControllerManager(components, Limiter(joint_limiters(components)), 100)
         listed = manager.list_hardware_interfaces()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from typing import Any, Protocol, TypeVar
 
 from bioscara.api import messages as m
@@ -43,6 +43,7 @@ from bioscara.server.clients.client import Client, Later
 from bioscara.server.controllers.controller_goals import ControllerGoals
 from bioscara.server.controllers.loadable_controllers import LOADED, made_controller, require_client
 from bioscara.server.controllers.loaders import Loaders
+from bioscara.server.tasks.uploads import Uploads
 from bioscara.spelling import did_you_mean
 
 T = TypeVar("T")
@@ -52,8 +53,6 @@ _PATIENCE = 15.0
 """Longest time that a request waits for work between cycles, or for the arm to come to rest [s]."""
 _SWITCHING = "switching controllers"
 """Name of a switch in messages."""
-_UPLOADS = 2
-"""Number of uploads that are kept."""
 _POINTS_MAX = 100_000
 """Largest number of points of a trajectory."""
 
@@ -90,7 +89,7 @@ class ClientControllers:
         self._run: RunControllers | None = None
         # One call at a time changes controllers or hardware, as in ros2_control.
         self._changing, self._jaws = threading.Lock(), threading.Lock()
-        self._uploads = _PointUploads()
+        self._uploads = Uploads[tuple[Point, ...]](_POINTS_MAX, len)
         self._loaders = Loaders(admission.announce)
         self.goals = ControllerGoals()
         self.handlers: Mapping[type[m.Command], Handler] = {
@@ -100,7 +99,9 @@ class ClientControllers:
             m.UnloadController: self._unload,
             m.SwitchControllers: self._switch,
             m.SetHardwareState: self._set_hardware_state,
-            m.AddGoalPoints: lambda _, command, __: self._uploads.add(command),
+            m.AddGoalPoints: lambda _, command, __: self._uploads.add(
+                command.upload, command.points
+            ),
             m.FollowGoal: self._follow,
             m.StreamTrajectory: self._stream,
             m.SendGripperGoal: self._move_gripper,
@@ -273,7 +274,7 @@ class ClientControllers:
 
     def _follow(self, _: Client, command: m.FollowGoal, __: int) -> Later:
         name = command.controller
-        trajectory = self._uploads.completed(command.upload, command.goal.trajectory)
+        trajectory = self._completed(command.upload, command.goal.trajectory)
         goal = replace(command.goal, trajectory=trajectory, collision_checked=False)
 
         def work() -> int:
@@ -301,9 +302,13 @@ class ClientControllers:
 
         return Later(work, m.ControllerGoal)
 
+    def _completed(self, upload: int, last: JointTrajectory) -> JointTrajectory:
+        """Return a trajectory with the points of an upload before its own."""
+        return replace(last, points=(*chain(*self._uploads.completed(upload, last.points)),))
+
     def _stream(self, _: Client, command: m.StreamTrajectory, __: int) -> Later:
         name = command.controller
-        trajectory = self._uploads.completed(command.upload, command.trajectory)
+        trajectory = self._completed(command.upload, command.trajectory)
 
         def work() -> None:
             controller = self._get(name, JointTrajectoryController)
@@ -466,44 +471,6 @@ class ClientControllers:
 
 class _EndedError(Exception):
     """The operation of the controllers has ended before the request."""
-
-
-class _PointUploads:
-    """Points of trajectories that came in parts."""
-
-    def __init__(self) -> None:
-        self._kept: OrderedDict[int, tuple[Point, ...]] = OrderedDict()
-        self._last = 0
-
-    def add(self, command: m.AddGoalPoints) -> m.PointsAdded:
-        """Begin or continue an upload."""
-        number = command.upload
-        points = (*(self._get(number) if number else ()), *command.points)
-        if len(points) > _POINTS_MAX:
-            raise InvalidArgumentError(
-                f"a trajectory has at most {_POINTS_MAX} points, and this one {len(points)}; "
-                "divide it"
-            )
-        if not number:
-            self._last = number = self._last + 1
-        self._kept[number] = points
-        while len(self._kept) > _UPLOADS:
-            self._kept.popitem(last=False)
-        return m.PointsAdded(number, len(points))
-
-    def completed(self, upload: int, last: JointTrajectory) -> JointTrajectory:
-        """Return a trajectory with the points of an upload before its own."""
-        if not upload:
-            return last
-        return replace(last, points=(*self._get(upload), *last.points))
-
-    def _get(self, number: int) -> tuple[Point, ...]:
-        if number not in self._kept:
-            raise InvalidArgumentError(
-                f"there is no upload {number}, or it was dropped for newer ones; upload the points "
-                "again"
-            )
-        return self._kept[number]
 
 
 def _done(_: object) -> m.Done:

@@ -23,11 +23,7 @@ _FRESH = Quality.FRESH
 
 
 class Sampler:
-    """Makes a sample of the arm's state at the end of each cycle.
-
-    Args:
-        runner: Runs the operations of the arm, which is connected.
-    """
+    """Makes a sample of the arm's state at the end of each cycle."""
 
     def __init__(self, runner: Runner) -> None:
         self._runner, self._arm = runner, runner.arm
