@@ -43,7 +43,7 @@ function shorter(shader) {
  * Return a bundle with its licence on top.
  *
  * @param {string} name Package.
- * @param {string} entry File that exports what is wanted.
+ * @param {string} entry File with the exports of the bundle.
  * @returns {Promise<string>} Its text.
  */
 async function bundled(name, entry) {

@@ -14,7 +14,7 @@ PACKAGE = "bioscara_arm_gripper_128_moveit_config"
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and what is started with their values."""
+    """Return the arguments, and the actions that are started with their values."""
 
     def included(package: str, file: str, **arguments: Any) -> GroupAction:
         source = PathJoinSubstitution([FindPackageShare(package), "launch", file])

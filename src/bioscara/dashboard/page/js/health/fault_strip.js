@@ -12,7 +12,7 @@ import { text } from "../texts.js";
  * Build the strip.
  *
  * @param {App} app The page.
- * @param {Recovery} recovery The way out of faults.
+ * @param {Recovery} recovery The recovery from faults.
  */
 export function buildFaultStrip(app, recovery) {
   const { arm } = app;
@@ -74,7 +74,7 @@ export function buildFaultStrip(app, recovery) {
  *
  * It is one element for all steps, so that the focus stays where it is.
  *
- * @param {Recovery} recovery The way out of faults.
+ * @param {Recovery} recovery The recovery from faults.
  * @returns {{element: HTMLElement, update: () => void}} The element, and what brings it up to date.
  */
 export function stepButton(recovery) {

@@ -20,7 +20,7 @@ const PERIOD = 2000;
 /**
  * Return the panel.
  *
- * @param {Recovery} recovery The way out of faults.
+ * @param {Recovery} recovery The recovery from faults.
  * @returns {Panel} The panel.
  */
 export function healthPanel(recovery) {
@@ -91,7 +91,7 @@ function mount(host, app, recovery) {
  * Build the list of faults and warnings.
  *
  * @param {App} app The page.
- * @param {Recovery} recovery The way out.
+ * @param {Recovery} recovery The recovery from faults.
  */
 function faultSection(app, recovery) {
   const { arm } = app;

@@ -89,7 +89,7 @@ export function quantitiesOf(description) {
 /**
  * Return the function that takes the columns from a sample.
  *
- * @param {Quantity[]} quantities What is plotted.
+ * @param {Quantity[]} quantities The plotted quantities.
  * @returns {(sample: StateSample, column: number) => number | null} The value in the unit that people read.
  */
 export function columnsOfSample(quantities) {
@@ -112,7 +112,7 @@ export function columnsOfSample(quantities) {
 /**
  * Return the function that takes the columns from an answer of `get_history`.
  *
- * @param {Quantity[]} quantities What is plotted.
+ * @param {Quantity[]} quantities The plotted quantities.
  * @param {History} history The answer.
  * @returns {(column: number, row: number) => number | null} The value in the unit that people read.
  */

@@ -19,7 +19,7 @@ const ELSEWHERE = { rad: 0.01, m: 1e-3 };
  * @typedef {"frames" | "zones" | "margins" | "trace" | "labels"} Layer
  */
 
-/** What is drawn. */
+/** The values of the drawing. */
 export class Picture {
   /**
    * @param {App} app The page.
