@@ -2535,7 +2535,7 @@ MUTANTS = (
 
 @contextmanager
 def _copy() -> Iterator[Path]:
-    """Copy what the repository has to a folder that is removed afterwards."""
+    """Copy the repository to a folder that is removed afterwards."""
     listed = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"],
         cwd=ROOT,
@@ -2554,7 +2554,7 @@ def _copy() -> Iterator[Path]:
 
 
 def _build(tree: Path) -> None:
-    """Build the firmware for the simulated arm, into ``native`` beside the tests."""
+    """Build the firmware for the simulated arm, into ``native`` next to the tests."""
     subprocess.run(
         [
             *(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--upgrade"),

@@ -1,4 +1,4 @@
-// What a jog moves keeps to the chosen speed: requirement jog_r8.
+// Jogs keep to the chosen speed: requirement jog_r8.
 
 import assert from "node:assert/strict";
 import "./no_page.mjs";

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 Location = tuple[str | int, ...]
 """Names and indices that lead to a value."""
 KNOWN_AS = "known_as"
-"""Key of a field's metadata: what a list of the known names has instead of its name."""
+"""Key of a field's metadata: the word that a list of the known names has instead of its name."""
 
 
 class Problem(NamedTuple):
