@@ -1,4 +1,4 @@
-"""Faults on the page with the way out of them, and the state of joints, loop and controllers."""
+"""Faults on the page with their recovery, and the state of joints, loop and controllers."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from simulated import ARM, NAMES, NEAR
 
 AT = (-2.5, 0.30, 2.0, 2.0)
 EXCHANGE, LOAD = 183 / 100e3 + 105e-6, 9 / 100e3
-"""Of a setpoint at 100 kHz, and what the load adds to its answer [s]."""
+"""Of a setpoint at 100 kHz, and the addition of the load to its answer [s]."""
 
 
 class Tap(Bus):

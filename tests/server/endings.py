@@ -58,7 +58,7 @@ WAYS = (
 
 
 class Ending(NamedTuple):
-    """What the arm did when its program ended.
+    """The motion of the arm when its program ended.
 
     Attributes:
         speed: Speed of the tool before [m/s].

@@ -342,7 +342,7 @@ def test_usr2_original_joints_whose_motors_alone_have_no_supply_stop_trailing(
     with pytest.raises(BioscaraError):
         scene.move(lambda: scene.arm.set_supply(False))
     robot = scene.robot
-    # Nothing else tells the host; a joint may find a stall before.
+    # Nothing else informs the host; a joint may find a stall before.
     assert robot.faults[0].kind in {FaultKind.FOLLOWING_ERROR, FaultKind.STALL}
     assert robot.faults[0].time - scene.struck < 1.0
     scene.arm.run(1.0)

@@ -1,4 +1,4 @@
-"""The first fault names what happened, whatever the arm is doing, and for however long it lasts."""
+"""The first fault names the cause, in every activity of the arm, also of a lasting cause."""
 
 from __future__ import annotations
 

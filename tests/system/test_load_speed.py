@@ -350,7 +350,7 @@ def test_raw_streams(loads: Loads, kind: str) -> None:
         seen = loads.watch(go)
         streamed = seen[:, 0] < held[0]
         assert_below(HIGHEST, speeds(seen[streamed]))
-        # Held at once, each load swings on by itself: two joints that moved against each other
+        # Held at once, each load swings independently: two joints that moved against each other
         # may now move the tool together.
         before = seen[streamed & (seen[:, 0] > held[0] - LONGEST_PERIOD)]
         assert_below(max(HIGHEST, float(alone(before).max())), speeds(seen[~streamed]))

@@ -19,7 +19,7 @@ ARGUMENTS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and what is started with their values."""
+    """Return the arguments, and the actions that are started with their values."""
 
     def included(package: str, file: str, **given: str) -> GroupAction:
         source = PathJoinSubstitution([FindPackageShare(package), "launch", file])

@@ -92,7 +92,7 @@ def bring_up(context: LaunchContext) -> list[Any]:
             parameters=[described],
             output="both",
         ),
-        # At the end: its values of the arguments hold for what follows.
+        # At the end: its values of the arguments hold for all later actions.
         _include(
             "scene_bringup", "simulated_arm",
             gui="false", homed=value("homed"), table=value("table"), namespace=namespace,

@@ -1,4 +1,4 @@
-"""Drive an arm that `bioscara serve` owns, beside its other clients."""
+"""Drive an arm that `bioscara serve` owns, together with its other clients."""
 
 from __future__ import annotations
 

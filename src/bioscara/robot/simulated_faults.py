@@ -40,7 +40,7 @@ def simulate_fault(runner: Runner, fault: str, joint: str, value: float | None) 
         value: The value; None for the one that begins it.
 
     Returns:
-        What was done, in words.
+        A description of the change.
 
     Raises:
         NotSupportedError: The arm is not simulated in this process.

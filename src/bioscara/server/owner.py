@@ -486,7 +486,7 @@ class Owner:
         self._event("goal_ended", text, value.client, goal=value)
 
     def _report_acknowledged(self, faults: tuple[ArmFault, ...], client: str) -> None:
-        """Report faults with their evidence, also those from which the arm recovered meanwhile."""
+        """Report faults with their evidence, also those from which the arm has recovered since."""
         self._report_faults(faults)
         for fault in faults:
             name = "none" if fault.evidence is None else fault.evidence.name

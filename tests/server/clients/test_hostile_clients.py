@@ -628,7 +628,7 @@ def greeted(path: Path | None = None) -> str:
 
 
 def as_user(uid: int, gid: int, action: Callable[[], str]) -> str:
-    """Return what an action of another user returns, or the class of its error."""
+    """Return the result of an action of another user, or the class of its error."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:

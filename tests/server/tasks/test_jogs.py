@@ -50,7 +50,7 @@ def test_a_jog_moves_until_the_first_gap_and_never_after(
     stream, beat, dead = JogStream(expiry, TURN, clock), clock.now, False
     for act, pause in acts:
         clock.now += pause
-        # Even if nothing has looked at the stream within the gap.
+        # Even if nothing has read the stream within the gap.
         dead = dead or clock.now - beat > expiry
         if dead:
             with pytest.raises(JogExpiredError):

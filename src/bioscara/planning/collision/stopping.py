@@ -240,7 +240,7 @@ class StoppingCheck:
     def _clear(
         self, path: Array, displacements: Array
     ) -> tuple[npt.NDArray[np.bool_], Hindrance | None]:
-        """Return which paths keep the margin, and what the first path comes too near to.
+        """Return which paths keep the margin, and the body that the first path comes too near to.
 
         Args:
             path: Joints, shape (k, m, 4); all paths begin at the arm's present position.

@@ -1,7 +1,7 @@
 """The side to which the elbow is bent, and tool velocities where it is straight or folded.
 
 There the wrist can only move on a circle about the column: its distance from the column is at its
-end. Beside that pose the elbow would have to turn infinitely fast to change the distance.
+end. Next to that pose the elbow would have to turn infinitely fast to change the distance.
 """
 
 from __future__ import annotations

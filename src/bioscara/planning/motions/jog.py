@@ -54,7 +54,7 @@ _RESTART = 0.8
 _SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
 """Shares of the target velocity that are tried if the whole is not possible."""
 _HELD = 0.02
-"""Share of the command below which what is limited counts as held."""
+"""Share of the command below which a limited quantity counts as held."""
 _LEVEL = (0, 1)
 """Numbers of x and y in a velocity of the tool."""
 

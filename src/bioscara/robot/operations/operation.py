@@ -67,7 +67,7 @@ class Operation(Running[T]):
 
     devices: frozenset[Device] = ARM
     _needs_confirmed_scene = False
-    """Whether it moves something by itself, and not by a person's hand as a jog."""
+    """Whether it moves something autonomously, and not by a person's hand as a jog."""
 
     def __init__(
         self, name: str, *, timeout: float | None = None, on_cycle: OnCycle | None = None

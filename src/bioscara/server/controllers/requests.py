@@ -296,7 +296,7 @@ class ClientControllers:
 
             number, following = self._between(f"a goal for {name}", send)
             if following is not None:
-                # The request is answered meanwhile.
+                # The request is answered before the plan is made.
                 threading.Thread(target=following.plan, name="bioscara-goal", daemon=True).start()
             return number
 

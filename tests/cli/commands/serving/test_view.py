@@ -30,7 +30,7 @@ EXAMPLE = Path(__file__).parents[4] / "examples" / "scene.yaml"
 
 
 def viewed(words: str) -> Viewed:
-    """Return what the page is told that ``bioscara view`` with these words opens."""
+    """Return the data of the page that ``bioscara view`` with these words opens."""
     return viewed_from(parse(["view", *words.split()]), load_parameters())
 
 

@@ -84,7 +84,7 @@ def send_gripper_goal(
     if (load := arm.workspace.load) is not None:
         raise LifecycleError(f"the jaws hold {load.name}; detach() declares that they are empty")
     name, before = f"a goal for {controller.name}", arm.workspace
-    # Before the motion is looked at: one that begins later is planned for the stroke.
+    # Before the motion is checked: one that begins later is planned for the stroke.
     arm.jaws.announce(width)
     try:
         course = runner.between_cycles(name, lambda: _course(arm, run, controller))

@@ -70,7 +70,7 @@ class MoveGripper(Operation[GripperResult]):
             )
         arm.stack.gripper.check(GripperGoal((self._width,)))
         before = arm.workspace
-        # Before the motions are looked at: one that begins later is planned for the travel.
+        # Before the motions are checked: one that begins later is planned for the travel.
         self._announced = True
         arm.jaws.announce(self._width)
         self._checked = motion = _arm_motion(arm, self)
