@@ -5,17 +5,15 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from bioscara.api import messages
+from tools.generated import ROOT, main, update
 
-ROOT = Path(__file__).parents[1]
 FILE = ROOT / "src/bioscara/dashboard/page/messages.d.ts"
 _HEAD = (
     "// Generated from src/bioscara/api/messages.py by `make generate`: the messages of an owner, "
@@ -23,7 +21,7 @@ _HEAD = (
 )
 _UNIONS = ("FromClient", "AnyCommand", "AnyTask", "Motion", "FromOwner", "AnyResult")
 _INPUTS = ("FromClient", "AnyCommand")
-"""Unions of what a client sends: there a field with a default may be left out."""
+"""Unions of messages of a client: there a field with a default may be left out."""
 
 
 def content() -> str:
@@ -40,7 +38,7 @@ def content() -> str:
 
 
 def _reached(roots: Any, definitions: dict[str, Any]) -> set[str]:
-    """Return the names that what a client sends is made of."""
+    """Return the names of the types in a client's messages."""
     found: set[str] = set()
     waiting = [root for union, root in zip(_UNIONS, roots, strict=True) if union in _INPUTS]
     while waiting:
@@ -99,18 +97,5 @@ def _type(schema: dict[str, Any]) -> str:  # noqa: PLR0911  a case each
     return "any"
 
 
-def main() -> int:
-    """Write the file, or compare it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="compare, and write nothing")
-    if not parser.parse_args().check:
-        FILE.write_text(content())
-        return 0
-    if FILE.is_file() and FILE.read_text() == content():
-        return 0
-    sys.stderr.write(f"{FILE.relative_to(ROOT)} is not what make generate writes\n")
-    return 1
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main(lambda check: update({FILE: content()}, check=check)))

@@ -176,7 +176,7 @@ def _homed_at(joint: JointParameters) -> float:
 
 
 class _Result(NamedTuple):
-    """Result of a motion: fields of :class:`RunSummary`, and what the arm was to follow."""
+    """Result of a motion: fields of :class:`RunSummary`, and the trajectory."""
 
     outcome: Outcome
     message: str

@@ -1,4 +1,4 @@
-"""Files with what clients set, poses and zones, which keep it when the owner ends."""
+"""Files with the values that clients set, poses and zones, which keep it when the owner ends."""
 
 from __future__ import annotations
 
@@ -55,9 +55,6 @@ class KeptFile(Generic[T]):
 
     def save(self, value: T) -> T | None:
         """Replace the file, unless another program has changed it since it was read.
-
-        Args:
-            value: The new content.
 
         Returns:
             The content of the file if another program has changed it: then nothing is written. None

@@ -56,7 +56,7 @@ def test_a_fault_latched_in_a_joint_before_connecting_is_a_fault_of_the_arm(made
     with made.robot as robot:
         (fault,) = robot.faults
         assert (fault.kind, fault.source) == (FaultKind.OVERTEMPERATURE, "j3")
-        assert robot._arm.stack.supervisor.state is FaultState.LATCHED
+        assert robot.runner.arm.stack.supervisor.state is FaultState.LATCHED
         for call in (robot.enable, robot.home, robot.gripper.enable):
             with pytest.raises(FaultedError, match=r"OVERTEMPERATURE: j3.*acknowledge\(\)"):
                 call()
@@ -157,7 +157,7 @@ def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: 
         with pytest.raises(LifecycleError, match="connected already"):
             robot.open()
         assert not made.bus.closed
-        assert robot._arm.stack.arm.state is LifecycleState.ACTIVE
+        assert robot.runner.arm.stack.hardware.state is LifecycleState.ACTIVE
         robot.disable()
     assert made.bus.closed
     with pytest.raises(LifecycleError, match="make another"), made.robot:
@@ -214,5 +214,5 @@ def test_systemd_is_notified_on_connecting_and_on_each_reading(
 def test_warnings_are_reported(made: Bench) -> None:
     with made.robot as robot:
         assert robot.warnings == ()
-        robot._arm.stack.supervisor.warnings.append("slow")
+        robot.runner.arm.stack.supervisor.warnings.append("slow")
         assert robot.warnings == ("slow",)

@@ -140,7 +140,7 @@ def test_a_late_reading_by_an_observer_does_not_use_the_bus(scene: Bench) -> Non
         if record.phase is Phase.TRAJECTORY and not transfers:
             scene.arm.run(0.03)
             before = len(scene.bus.users)
-            assert scene.robot.state.time == record.start + scene.robot._arm.session.begin
+            assert scene.robot.state.time == record.start + scene.robot.runner.arm.session.begin
             transfers.append(len(scene.bus.users) - before)
 
     scene.robot.move_joints(GOAL, on_cycle=observe)
@@ -152,17 +152,17 @@ def test_a_call_that_is_being_refused_does_not_make_the_work_before_it_a_late_cy
 ) -> None:
     """The loop is restarted after work between cycles unless another operation is admitted."""
     robot, others = scene.robot, list[Other]()
-    admission = robot._arm.arbiter._admission
+    admission = robot.runner.arm.arbiter._admission
 
     def work(arm: Arm) -> None:
         admission.acquire()
         others.append(Other(lambda: robot.move_joints(GOAL)))
-        while len(arm._operations) < 2:
+        while len(arm.begun) < 2:
             time.sleep(1e-3)
         scene.arm.run(0.5)
 
     try:
-        robot._arm.execute(BetweenCycles("work", work))
+        robot.runner.execute(BetweenCycles("work", work))
     finally:
         admission.release()
     assert others[0].end() is None
@@ -178,7 +178,7 @@ def test_the_slow_release_of_the_joints_after_a_fault_is_no_fault_of_the_loop(
         robot.gripper.enable()
         scene.arm.set_supply(on=False)
         for _ in range(30):
-            robot._arm.step(idle=True)
+            robot.runner.step(idle=True)
         kinds = [fault.kind for fault in robot.faults]
     assert kinds[0] is FaultKind.POWER_LOST
     assert FaultKind.OVERRUN not in kinds
@@ -189,7 +189,7 @@ def test_the_speed_can_be_changed_from_another_thread(scene: Bench) -> None:
     scene.robot.speed_override = 0.5
     gate.open()
     assert mover.end() is None
-    assert scene.robot._arm.stack.trajectory.scaling == 0.5
+    assert scene.robot.runner.arm.stack.trajectory.scaling == 0.5
     slow, _ = len(records), records.clear()
     scene.robot.speed_override = 1.0
     scene.robot.move_joints(START, on_cycle=records.append)

@@ -32,7 +32,7 @@ from bioscara.hardware import GripperHardware
 from bioscara.planning import Trajectory
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot.operations.between_cycles import BetweenCycles, between_cycles
+from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
 from bioscara.robot.operations.motions.home import Home
 from bioscara.robot.operations.motions.jog import Jog
@@ -56,10 +56,10 @@ class Way:
 
     def run(self, operation: Operation[T]) -> T:
         """Carry out an operation to its end and return its result."""
-        arm = self.robot._arm
+        runner = self.robot.runner
         if not self.watched:
-            return arm.execute(operation)
-        arm.start(operation)
+            return runner.execute(operation)
+        runner.start(operation)
         return operation.result(LONG)
 
     def pass_time(self) -> None:
@@ -242,7 +242,7 @@ def test_the_jaws_move_while_the_arm_moves(way: Way) -> None:
 
     def observe(record: CycleRecord) -> None:
         at(record)
-        together.append(len(way.robot._arm.operations))
+        together.append(len(way.robot.runner.arm.operations))
 
     way.run(move(on_cycle=observe))
     assert jaws[0].result(LONG).reached_goal
@@ -352,7 +352,7 @@ def test_a_motion_that_begins_before_the_jaws_move_keeps_clear_of_their_travel(
 
 def test_jaws_that_were_stopped_before_they_moved_count_as_where_they_were(narrow: Way) -> None:
     jaws = MoveGripper(0.11)
-    narrow.robot._arm.begin(jaws)
+    narrow.robot.runner.begin(jaws)
     assert narrow.robot.gripper.widths == pytest.approx((0.05, 0.11), abs=1e-6)
     jaws.cancel()
     narrow.run(move(CLEAR_IF_CLOSED[:1] + BEFORE_IT[1:]))
@@ -370,7 +370,7 @@ def test_the_arm_does_not_wait_for_the_disk_that_stores_the_width(
         until(lambda: motion.progress > 0.2)
         keep(self, width)
 
-    after(monkeypatch, (MoveGripper, "prepare"), lambda: way.robot._arm.start(motion))
+    after(monkeypatch, (MoveGripper, "prepare"), lambda: way.robot.runner.start(motion))
     monkeypatch.setattr(GripperHardware, "keep", slowly)
     assert way.run(MoveGripper(0.09)).reached_goal
     motion.result(LONG)
@@ -383,7 +383,7 @@ def test_jaws_that_were_not_driven_do_not_open_against_the_arm_that_just_moves_o
     narrow.run(move(CLEAR_IF_CLOSED))
     narrow.robot.gripper.disable()
     motion = move(BEFORE_IT)
-    after(monkeypatch, (MoveGripper, "prepare"), lambda: narrow.robot._arm.start(motion))
+    after(monkeypatch, (MoveGripper, "prepare"), lambda: narrow.robot.runner.start(motion))
     with pytest.raises(ZoneError, match="jaws comes too near"):
         narrow.run(MoveGripper(0.11))
     motion.result(LONG)
@@ -549,7 +549,7 @@ def test_after_its_end_a_motion_cannot_be_paused_or_changed(way: Way) -> None:
 def test_a_running_motion_is_not_begun_again_and_goes_on(way: Way) -> None:
     def again() -> None:
         with pytest.raises(LifecycleError, match="was begun already"):
-            way.robot._arm.execute(motion)
+            way.robot.runner.execute(motion)
 
     motion = move(on_cycle=At(cycle_30=elsewhere(again)))
     way.run(motion)
@@ -699,7 +699,7 @@ def entering(function: str, act: Callable[[], object]) -> Iterator[None]:
     """Act where this thread enters a function for the first time."""
 
     def trace(frame: FrameType, event: str, _: object) -> None:
-        if frame.f_code.co_name == function:
+        if frame.f_code.co_qualname.endswith(function):
             sys.settrace(None)
             act()
 
@@ -711,7 +711,9 @@ def entering(function: str, act: Callable[[], object]) -> Iterator[None]:
         sys.settrace(before)
 
 
-@pytest.mark.parametrize("where", ["_take_turn", "_end", "_call_back", "_notify", "_forget_ended"])
+@pytest.mark.parametrize(
+    "where", ["Turn.take", "._end", "._call_back", "Turn.notify", "._forget_ended"]
+)
 def test_ctrl_c_in_the_moment_in_which_a_motion_ends_is_raised(tmp_path: Path, where: str) -> None:
     def press() -> None:
         raise KeyboardInterrupt
@@ -731,7 +733,7 @@ def test_a_signal_that_ends_a_motion_before_it_began_is_raised(tmp_path: Path) -
 
     motion = move()
     with connected(tmp_path, watched=False) as way:
-        with entering("_take_turn", end), pytest.raises(SystemExit, match="143"):
+        with entering("Turn.take", end), pytest.raises(SystemExit, match="143"):
             way.run(motion)
         assert motion.status is Status.CANCELLED
         way.goes_on()
@@ -762,7 +764,7 @@ def test_a_motion_ends_if_no_cycle_can_run_any_more(
         # Without setpoints the joints have stopped themselves.
         way.pass_time()
         assert way.scene.speed() < 0.02
-        assert [len(at.records), way.robot.arm.operations] == [30, ()]
+        assert [len(at.records), way.robot.runner.arm.operations] == [30, ()]
         assert way.robot.acknowledge()
         way.robot.recover()
         way.goes_on()
@@ -883,23 +885,23 @@ def test_a_lost_joint_fails_the_motion_with_the_error_of_the_joint(
 def test_work_between_cycles_that_do_not_come_is_refused() -> None:
     with Robot.simulated(homed=True) as robot:
         robot.watch()
-        assert between_cycles(robot.arm, "a question", lambda: 3) == 3
+        assert robot.runner.between_cycles("a question", lambda: 3) == 3
     with pytest.raises(NotInitializedError, match="the robot was closed"):
-        between_cycles(robot.arm, "a question", lambda: 3)
+        robot.runner.between_cycles("a question", lambda: 3)
 
 
 def test_work_between_cycles_ends_with_the_shutdown(monkeypatch: pytest.MonkeyPatch) -> None:
     question = BetweenCycles("a question", lambda _: 3, frozenset())
     with Robot.simulated(homed=True) as robot:
-        shutdown = robot.arm.session.shutdown
+        shutdown = robot.runner.arm.session.shutdown
 
         def late() -> list[str]:
             # Begun by another thread when no cycle comes any more.
-            thread = threading.Thread(target=robot.arm.begin, args=(question,))
+            thread = threading.Thread(target=robot.runner.begin, args=(question,))
             thread.start()
             thread.join()
             return shutdown()
 
-        monkeypatch.setattr(robot.arm.session, "shutdown", late)
+        monkeypatch.setattr(robot.runner.arm.session, "shutdown", late)
     with pytest.raises(NotInitializedError, match="a question: the arm was shut down"):
         question.result(1.0)

@@ -32,7 +32,7 @@ def test_the_setpoint_of_the_next_cycle_brakes(cycles: int) -> None:
     clock = Waiting(arm.clock)
     with Robot(FirmwareBus(arm), clock, ARM, "simulated") as robot:
         robot.enable()
-        lift = robot.arm.stack.manager.limiter.joints["j2"]
+        lift = robot.runner.arm.stack.manager.limiter.joints["j2"]
         speeds: list[float] = []
 
         def stop() -> None:
@@ -42,11 +42,11 @@ def test_the_setpoint_of_the_next_cycle_brakes(cycles: int) -> None:
         def observe(_: CycleReport) -> None:
             speeds.append(abs(lift.speed))
 
-        robot.arm.observers = (observe,)
+        robot.runner.observers = (observe,)
         clock.meanwhile = stop
         with pytest.raises(MotionCancelledError):
             robot.move_joints((0.0, 0.05, 0.0, 0.0), velocity_scaling=0.2)
-        robot.arm.observers = ()
+        robot.runner.observers = ()
         # It was as fast or faster in each cycle before; now it gains less, or becomes slower.
         gain = speeds[cycles - 1] - speeds[cycles - 2]
         assert gain > -1e-9

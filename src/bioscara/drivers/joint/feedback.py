@@ -29,11 +29,6 @@ class EncoderFeedback:
     The joint stores the position of its encoder's zero (the homing offset). Without a known offset
     there is no position.
 
-    Args:
-        session: Session with the joint.
-        clock: Time of its bus.
-        parameters: Parameters of the joint.
-
     Attributes:
         transmission: Conversion between joint and motor; has the homing offset.
         plausibility: Plausibility check of a version 1 joint's answers.
@@ -109,7 +104,7 @@ class EncoderFeedback:
     def store_offset(self, offset: float) -> None:
         """Store the joint position at encoder zero on the joint, read it back and use it.
 
-        Zero is what a joint has after power-up, so a later host takes it for "none".
+        Zero is the value of a joint after power-up, so a later host takes it for "none".
 
         Args:
             offset: Joint position at encoder zero [rad or m].

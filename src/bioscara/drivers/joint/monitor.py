@@ -38,22 +38,14 @@ _EARLIEST = 0.95
 _FAILED = int(Flags.STALL | Flags.NOTENABLED)
 
 _INTERVAL = {1: 0.05, 2: 0.02}
-"""Time between two keep-alive frames [s]: a third of what the joint allows in version 2 (60 ms), a
+"""Time between two keep-alive frames [s]: a third of the joint's limit in version 2 (60 ms), a
 fifth of what our firmware allows in version 1 (250 ms). Original firmware needs none."""
 _REST_MARGIN = 1.0
 """Time beyond its ramp that a joint may take to come to rest [s]."""
 
 
 class MotionMonitor:
-    """Polls one joint until its motion has ended.
-
-    Args:
-        session: Session with the joint.
-        feedback: Its measured state.
-        settings: Its settings.
-        clock: Time of its bus.
-        parameters: Parameters of the joint.
-    """
+    """Polls one joint until its motion has ended."""
 
     __slots__ = ("_clock", "_feedback", "_parameters", "_session", "_settings")
 

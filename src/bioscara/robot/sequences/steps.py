@@ -14,9 +14,7 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.model.validation import (
     Before,
     Checked,
-    Listed,
     Problem,
-    Strict,
     Within,
     is_number,
     require_none,
@@ -60,7 +58,7 @@ KINDS: dict[str, type[Any]] = {
     **{kind.kind(): kind for kind in tasks.TASKS if kind.step},
     "wait": Wait,
 }
-"""What a step can be, by its name in a file."""
+"""The kinds of steps, by their names in a file."""
 RENAMED = {
     "gripper_move": "move_gripper",
     "gripper_open": "open_gripper",
@@ -74,7 +72,7 @@ class Step:
     """A task, or a wait, as a part of a sequence.
 
     Attributes:
-        task: What is done.
+        task: The task.
         blend: Distance from the goal of a line or an arc at which the tool may leave its path for
             that of the next step [m]; 0 rests at the goal.
 
@@ -164,9 +162,9 @@ class StepSequence(Checked):
     """
 
     schema: Annotated[int, Within(1, 10**6)] = SCHEMA
-    title: Annotated[str, Strict(), Before(_one_line)] = ""
-    tool: Annotated[str, Strict(), Before(_valid_name)] = FINGERS
-    steps: Listed[Annotated[Any, Before(_step)]]
+    title: Annotated[str, Before(_one_line)] = ""
+    tool: Annotated[str, Before(_valid_name)] = FINGERS
+    steps: tuple[Annotated[Any, Before(_step)], ...]
 
     def problems(self) -> Iterator[Problem]:
         """Yield no or too many steps, and blends at places where the arm has to rest."""
