@@ -29,7 +29,7 @@ from bioscara.remote.link import OwnerLink
 from bioscara.report import CycleRecord
 from bioscara.server.clients import connection, events
 from bioscara.server.serve import Served, ServeSettings, serving
-from served import HALF, NAME, RawClient, arm_served, eventually, own_robot
+from served import HALF, NAME, RawClient, arm_served, events_since, eventually, own_robot
 from simulated import NAMES
 
 UP, DOWN = "up", "down"
@@ -340,8 +340,7 @@ def test_a_restarted_owner_is_not_commanded_by_a_program_that_does_not_know_it(
 
 def left(served: Served) -> int:
     """Return how many connections the owner has seen to end."""
-    numbered = map(served.owner.events.after, range(served.owner.events.last))
-    return sum(event is not None and event.text.endswith("has left") for event in numbered)
+    return sum(event.text.endswith("has left") for event in events_since(served, 0))
 
 
 def test_a_program_that_the_owner_has_forgotten_repeats_nothing(
