@@ -33,7 +33,7 @@ ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes."),
     "gui": ("true", "Show Gazebo's window; or only simulate."),
 }
-"""Their defaults, and what they are."""
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:
