@@ -618,7 +618,6 @@ def test_asyncio_takes_a_handle_as_a_coroutine(arm: Arm) -> None:
                 await anext(robot.states(0.0))
             states = robot.states(0.001)
             assert [(await anext(states)).names for _ in range(3)] == [NAMES] * 3
-            await states.aclose()
 
     robot = RemoteRobot(NAME)
     asyncio.run(program(robot))

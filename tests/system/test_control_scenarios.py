@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -45,7 +46,7 @@ GOAL = (-1.5, 0.267, 0.8, 1.0)
 class Scene:
     """A homed arm in motion until something happens."""
 
-    def __init__(self, evidence: Path, **options: bool) -> None:
+    def __init__(self, evidence: Path, **options: Any) -> None:
         self.arm, self.bus = simulated_bus(seed=5, frequency=400e3, homed=True, **options)
         self.evidence = evidence
         self.robot = self.host()
@@ -305,6 +306,12 @@ def test_usr1_an_emergency_stop_is_named_at_once_and_targets_are_dropped(scene: 
     restore(scene)
 
 
+def look_for_a_while(scene: Scene) -> None:
+    for _ in range(12):
+        assert scene.robot.state
+        scene.arm.run(scene.robot.period)
+
+
 @scenes(v2={}, v1=ORIGINAL, fed=FED)
 def test_usr1_an_emergency_stop_at_rest_is_named_when_it_is_read(scene: Scene) -> None:
     scene.robot.move_joints(START)
@@ -317,7 +324,7 @@ def test_usr1_an_emergency_stop_at_rest_is_named_when_it_is_read(scene: Scene) -
     else:
         # Bad cycles are bridged for 0.1 s at most.
         with pytest.raises(FaultedError, match="emergency stop"):
-            [(scene.robot.state, scene.arm.run(scene.robot.period)) for _ in range(12)]
+            look_for_a_while(scene)
     assert scene.robot.faults[0].kind is FaultKind.POWER_LOST
     restore(scene)
 
@@ -466,8 +473,9 @@ def test_pln1_speeds_that_make_no_sense_are_refused_and_nothing_moves(
     resting: Scene, share: float, keyword: str
 ) -> None:
     before = resting.fields()
+    given: dict[str, Any] = {keyword: share}
     with pytest.raises(InvalidArgumentError, match=keyword):
-        resting.robot.move_joints(GOAL, **{keyword: share})
+        resting.robot.move_joints(GOAL, **given)
     resting.arm.run(0.02)
     assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
