@@ -12,12 +12,17 @@ a speed without a limit is infinite, and null in JSON, where a client leaves it 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar, Literal
 
 import msgspec
 
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory.goal_messages import Goal, JointTrajectory, Point
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import FaultState
+from bioscara.hardware.component import LifecycleState
 from bioscara.kinematics import Pose
 from bioscara.model import ArmParameters
 from bioscara.planning import Sample
@@ -27,6 +32,7 @@ from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.report import CycleRecord
 from bioscara.robot import tasks
+from bioscara.robot.operations.running import Status
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Task
 from bioscara.robot.tasks.workspace import WorkspaceChange
@@ -41,6 +47,49 @@ NAME_MAX = 64
 
 OnLeaseLoss = Literal["stop", "finish"]
 """Reaction of a goal when the lease of its client lapses."""
+EventKind = Literal[
+    "goal_accepted",
+    "goal_ended",
+    "fault",
+    "acknowledged",
+    "faults_cleared",
+    "warning",
+    "unconfirmed",
+    "lease",
+    "stop",
+    "pause",
+    "resume",
+    "workspace",
+    "parameters",
+    "controllers",
+    "gateway",
+    "client",
+    "speed_override",
+    "simulation",
+    "report",
+    "owner",
+    "gap",
+]
+"""What happened. ``acknowledged`` is a fault with its evidence; ``gap`` are events that are not
+kept any more, in number up to its own."""
+
+
+def _one_of(names: Iterable[str]) -> msgspec.Meta:
+    """Return the metadata of a name: who uses it refuses others, with the names that there are."""
+    return msgspec.Meta(extra_json_schema={"enum": list(names)})
+
+
+FaultName = Annotated[str, _one_of(kind.name for kind in FaultKind)]
+"""Name of a kind of fault."""
+LifecycleName = Annotated[str, _one_of(state.label for state in LifecycleState)]
+"""Name of the lifecycle state of a controller or hardware component."""
+SIMULATED_FAULTS = (
+    *("reset", "power", "hang", "overheat", "freeze_encoder", "obstacle", "clear_obstacles"),
+    *("push", "supply", "brown_out", "bus_flips", "bus_loss", "bus_stuck", "clear"),
+)
+"""Names of the faults of a simulated arm, and of what ends them."""
+SimulatedFaultName = Annotated[str, _one_of(SIMULATED_FAULTS)]
+"""One of these."""
 
 
 class ApiMessage(msgspec.Struct, frozen=True, tag_field="kind", tag=True):
@@ -136,7 +185,7 @@ class FaultValue(Value, frozen=True):
         evidence: Name of its flight record, once that is written; else null.
     """
 
-    fault: str
+    fault: FaultName
     source: str
     text: str
     cause: FailureValue
@@ -235,7 +284,7 @@ class GoalValue(Value, frozen=True):
     goal: int
     name: str
     client: str
-    status: str
+    status: Status
     progress: float
     failure: FailureValue | None = None
     gripper: GripperValue | None = None
@@ -246,7 +295,7 @@ class GoalValue(Value, frozen=True):
     @property
     def done(self) -> bool:
         """Whether it has ended."""
-        return self.status in {"succeeded", "cancelled", "failed"}
+        return self.status in {Status.SUCCEEDED, Status.CANCELLED, Status.FAILED}
 
 
 class LeaseValue(Value, frozen=True):
@@ -554,7 +603,7 @@ class SimulateFault(Command, frozen=True, tag="simulate_fault"):
     scope = Scope.OPERATE
     slow = True
 
-    fault: str
+    fault: SimulatedFaultName
     joint: str = ""
     value: float | None = None
 
@@ -672,7 +721,7 @@ class SetHardwareState(Command, frozen=True, tag="set_hardware_state"):
     slow = True
 
     component: str
-    state: str
+    state: LifecycleName
 
 
 class AddGoalPoints(Command, frozen=True, kw_only=True, tag="add_goal_points"):
@@ -1276,7 +1325,7 @@ class SimulatedFaultValue(Value, frozen=True):
         since: When it began, on the arm's clock.
     """
 
-    fault: str
+    fault: SimulatedFaultName
     joint: str
     value: float
     since: float
@@ -1337,7 +1386,7 @@ class FaultList(Result, frozen=True, tag="fault_list"):
         warnings: The latest events that stopped nothing.
     """
 
-    state: str
+    state: FaultState
     faults: tuple[FaultValue, ...]
     warnings: tuple[str, ...]
 
@@ -1468,7 +1517,7 @@ class ControllerValue(Value, frozen=True):
 
     name: str
     type: str
-    state: str
+    state: LifecycleName
     update_rate: float
     claimed: tuple[str, ...]
     commands: tuple[str, ...]
@@ -1491,7 +1540,7 @@ class ComponentValue(Value, frozen=True):
     name: str
     type: str
     plugin: str
-    state: str
+    state: LifecycleName
     rate: int
     commands: tuple[InterfaceValue, ...]
     states: tuple[InterfaceValue, ...]
@@ -1564,7 +1613,7 @@ class HardwareState(Result, frozen=True, tag="hardware_state"):
     """
 
     component: str
-    state: str
+    state: LifecycleName
 
 
 class ControllerGoal(Result, frozen=True, tag="controller_goal"):
@@ -1662,7 +1711,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     pose: Pose | None
     width: float
     enabled: bool
-    fault: str
+    fault: FaultState
     paused: bool
     speed_override: float
     moving: tuple[str, ...]
@@ -1759,11 +1808,7 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
         number: Counted from 1 since the owner began.
         time: When, on the arm's clock.
         wall: When, in seconds since 1970.
-        what: ``goal_accepted``, ``goal_ended``, ``fault``, ``acknowledged`` with a fault and
-            its evidence, ``faults_cleared``, ``warning``, ``lease``, ``stop``, ``pause``,
-            ``resume``, ``workspace``, ``parameters``, ``controllers``, ``gateway``, ``client``,
-            ``speed_override``, ``simulation``, ``report`` or ``owner``; or ``gap`` for events
-            that are not kept any more, in number up to its own.
+        what: Its kind.
         text: A sentence for people.
         client: The client that caused it; empty if none did.
         goal: The goal that it concerns, as it is then; else null.
@@ -1774,7 +1819,7 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
     number: int
     time: float
     wall: float
-    what: str
+    what: EventKind
     text: str
     client: str = ""
     goal: GoalValue | None = None
@@ -1862,7 +1907,7 @@ class EndedGoal(Value, frozen=True):
 
     goal: int
     controller: str
-    status: str
+    status: GoalStatus
     error_code: int
     text: str
     gripper: GripperValue | None = None

@@ -338,7 +338,7 @@ class Owner:
     def _warn(self, text: str) -> None:
         self._event("warning", text)
 
-    def _event(self, what: str, text: str, client: str = "", **details: Any) -> None:
+    def _event(self, what: m.EventKind, text: str, client: str = "", **details: Any) -> None:
         self.events.add(what, text, client, **details)
         if what in _AFTER_A_STOP:
             self._stopper = ""
@@ -346,7 +346,7 @@ class Owner:
         _log.log(level, "%s: %s", what, text)
         self.changed(False)
 
-    def announce(self, what: str, text: str, client: str = "") -> None:
+    def announce(self, what: m.EventKind, text: str, client: str = "") -> None:
         """Add an event of the server itself."""
         self._event(what, text, client)
 

@@ -212,7 +212,7 @@ class OwnerRecorder:
         stamp = self._stamp = self._time.stamp(sample.time)
         status = ArmStatus(
             sample.enabled,
-            sample.fault,
+            sample.fault.value,
             sample.paused,
             sample.speed_override,
             sample.moving,

@@ -68,7 +68,7 @@ class Admission(Protocol):
     def keep(self, operation: Operation[Any], client: Client, epoch: int) -> m.GoalValue:
         """Keep an operation that has begun as a goal, which ends with the lease."""
 
-    def announce(self, what: str, text: str, client: str) -> None:
+    def announce(self, what: m.EventKind, text: str, client: str) -> None:
         """Add an event."""
 
 
