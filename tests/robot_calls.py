@@ -163,7 +163,6 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Grid[]": (GRID.__getitem__, {"name": "A1"}),
         "TeachTable.frame": (robot.table.frame, {"name": "bench"}),
         "TeachTable.with_frame": (robot.table.with_frame, {"frame": BENCH}),
-        "TeachTable.without_frame": (robot.table.without_frame, {"name": "bench"}),
         "Planner.move_joints": (plan.move_joints, {"positions": HALF, **SCALED}),
         "Planner.move_to": (plan.move_to, {"pose": there, "frame": None, **SCALED}),
         "Planner.move_named": (plan.move_named, {"name": "center", **SCALED}),

@@ -17,7 +17,6 @@ from bioscara import bus, drivers, hardware, protocol
 from bioscara.cli.parser import parse
 from bioscara.drivers import Gripper, Pwm
 from bioscara.model import load_parameters, tags
-from bioscara.model.urdf import URDF
 from bioscara.protocol import REGISTERS, Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from simulated import World
@@ -61,12 +60,13 @@ def objects() -> dict[str, Any]:
     """Return the objects whose attributes the tables name: a joint, a gripper, its PWM, an arm."""
     arm, jaws = SimulatedArm(), load_parameters().gripper
     pwm = Pwm(jaws.outputs, arm.clock, SimulatedServo(jaws.outputs[0]).root)
-    urdf = hardware.Urdf.load(URDF)
     return {
         "Joint": World().joints[0],
         "Gripper": Gripper(pwm, jaws, Path("unused")),
         "Pwm": pwm,
-        "ArmHardware": hardware.ArmHardware.from_description(urdf, FirmwareBus(arm), arm.clock),
+        "ArmHardware": hardware.ArmHardware(
+            "bioscara_arm", FirmwareBus(arm), arm.clock, load_parameters().joints
+        ),
     }
 
 

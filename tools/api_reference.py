@@ -5,20 +5,18 @@
 
 from __future__ import annotations
 
-import argparse
 import inspect
 import json
 import re
 import sys
 import typing
-from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from bioscara.api import messages
+from tools.generated import ROOT, main, update
 
-ROOT = Path(__file__).parents[1]
 PAGE, SCHEMA = ROOT / "docs/api.md", ROOT / "docs/api.schema.json"
 
 _HEAD = """# Messages of an owner
@@ -175,23 +173,5 @@ _TITLES = {
 }
 
 
-def main() -> int:
-    """Write the files, or compare them; return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="compare, and write nothing")
-    check = parser.parse_args().check
-    stale = []
-    for path, text in ((PAGE, page()), (SCHEMA, schema())):
-        if path.is_file() and path.read_text() == text:
-            continue
-        stale.append(path.relative_to(ROOT))
-        if not check:
-            path.write_text(text)
-    if check and stale:
-        sys.stderr.write(f"{', '.join(map(str, stale))}: out of date; make generate\n")
-        return 1
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(lambda check: update({PAGE: page(), SCHEMA: schema()}, check=check)))

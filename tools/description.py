@@ -6,7 +6,6 @@ which comes with the ``dev`` extra; reading the description does not need it.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,8 @@ from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.model.loading import EXISTING_ARMS
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
+from tools import generated
+from tools.generated import update
 from tools.meshes import files
 
 _HEADER = """<?xml version="1.0"?>
@@ -65,7 +66,7 @@ def _strip(node: Any) -> None:
             _strip(child)
 
 
-def write(folder: Path, *, check: bool = False) -> list[str]:
+def write(folder: Path, *, check: bool = False) -> list[Path]:
     """Bring every generated file of the description up to date.
 
     Args:
@@ -73,51 +74,21 @@ def write(folder: Path, *, check: bool = False) -> list[str]:
         check: Whether to write nothing.
 
     Returns:
-        Names of the files that were outdated, or that are no longer generated.
+        The files that were outdated, or that are no longer generated.
     """
-    wanted = files(load_parameters(EXISTING_ARMS).geometry)
-    stale = _update(folder, wanted, check=check)
+    drawn = files(load_parameters(EXISTING_ARMS).geometry)
+    wanted = {folder / name: content for name, content in drawn.items()}
+    stale = update(wanted, check=check, there=folder.glob("meshes/*/*.stl"))
     for target in (URDF, SRDF):
+        # Of the files before, which it includes.
         text = render(folder / f"{target.name}.xacro")
-        stale += _update(folder, {target.name: text.encode()}, check=check)
-    for path in sorted(folder.glob("meshes/*/*.stl")):
-        name = path.relative_to(folder).as_posix()
-        if name not in wanted:
-            stale.append(name)
-            if not check:
-                path.unlink()
-    return stale
-
-
-def _update(folder: Path, wanted: dict[str, bytes], *, check: bool) -> list[str]:
-    stale = []
-    for name, content in wanted.items():
-        path = folder / name
-        if path.is_file() and path.read_bytes() == content:
-            continue
-        stale.append(name)
-        if not check:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+        stale += update({folder / target.name: text}, check=check)
     return stale
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Write or check the generated files; return the exit status."""
-    parser = argparse.ArgumentParser(description="Generate the description of the arm.")
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when stale")
-    options = parser.parse_args(arguments)
-    try:
-        stale = write(DESCRIPTION, check=options.check)
-    except ConfigurationError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    if stale and options.check:
-        sys.stderr.write(f"{', '.join(stale)}: stale; run make generate\n")
-        return 1
-    for name in stale:
-        sys.stdout.write(f"wrote {name}\n")
-    return 0
+    return generated.main(lambda check: write(DESCRIPTION, check=check), arguments)
 
 
 if __name__ == "__main__":

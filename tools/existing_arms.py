@@ -6,16 +6,15 @@ then need neither the YAML parser nor the checks, which both load slowly.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from dataclasses import fields
 from pathlib import Path
 
-from bioscara.errors import ConfigurationError
 from bioscara.model import existing_arms, load_parameters
 from bioscara.model.loading import EXISTING_ARMS, checksum
 from bioscara.model.validation import Checked
+from tools import generated
 
 _MODULE = '''"""The checked values of parameters.yaml; generated from it by make generate."""
 
@@ -77,23 +76,10 @@ def _literal(value: object, indent: str) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Write or check the module; return the exit status."""
-    parser = argparse.ArgumentParser(description="Generate the module of the committed parameters.")
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when stale")
-    options = parser.parse_args(arguments)
     module = Path(existing_arms.__file__)
-    try:
-        text = render(EXISTING_ARMS)
-    except ConfigurationError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    if module.read_text() == text:
-        return 0
-    if options.check:
-        sys.stderr.write(f"{module.name}: stale; run make generate\n")
-        return 1
-    module.write_text(text)
-    sys.stdout.write(f"wrote {module.name}\n")
-    return 0
+    return generated.main(
+        lambda check: generated.update({module: render(EXISTING_ARMS)}, check=check), arguments
+    )
 
 
 if __name__ == "__main__":

@@ -5,17 +5,15 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from bioscara.api import messages
+from tools.generated import ROOT, main, update
 
-ROOT = Path(__file__).parents[1]
 FILE = ROOT / "src/bioscara/dashboard/page/messages.d.ts"
 _HEAD = (
     "// Generated from src/bioscara/api/messages.py by `make generate`: the messages of an owner, "
@@ -99,18 +97,5 @@ def _type(schema: dict[str, Any]) -> str:  # noqa: PLR0911  a case each
     return "any"
 
 
-def main() -> int:
-    """Write the file, or compare it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="compare, and write nothing")
-    if not parser.parse_args().check:
-        FILE.write_text(content())
-        return 0
-    if FILE.is_file() and FILE.read_text() == content():
-        return 0
-    sys.stderr.write(f"{FILE.relative_to(ROOT)} is not what make generate writes\n")
-    return 1
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main(lambda check: update({FILE: content()}, check=check)))

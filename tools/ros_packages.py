@@ -9,14 +9,12 @@ parameter file.
 
 from __future__ import annotations
 
-import argparse
 import copy
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.model.loading import EXISTING_ARMS
 from bioscara.model.tags import (
@@ -27,9 +25,10 @@ from bioscara.model.tags import (
     JOINT_TAGS,
 )
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
+from tools import generated
 from tools.description import render
+from tools.generated import ROOT
 
-ROOT = Path(__file__).parents[1]
 PACKAGES = ROOT / "ros"
 """Folder of the packages."""
 INTERFACES = "bioscara_interfaces"
@@ -285,7 +284,7 @@ def _parsed(path: Path) -> ET.Element:
     return ET.parse(path).getroot()  # noqa: S314  comes with the package
 
 
-def write(folder: Path, *, check: bool = False) -> list[str]:
+def write(folder: Path, *, check: bool = False) -> list[Path]:
     """Bring every generated file up to date.
 
     Args:
@@ -293,45 +292,21 @@ def write(folder: Path, *, check: bool = False) -> list[str]:
         check: Whether to write nothing.
 
     Returns:
-        Names of the files that were outdated, or that are no longer generated.
+        The files that were outdated, or that are no longer generated.
     """
-    wanted = files(load_parameters(EXISTING_ARMS))
-    stale = []
-    for name, content in wanted.items():
-        path = folder / name
-        if path.is_file() and path.read_bytes() == content:
-            continue
-        stale.append(name)
-        if not check:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-            if path.parent.name == "scripts":
-                path.chmod(0o755)
-    for path in sorted([*folder.glob("*/meshes/*/*"), *folder.glob(f"{INTERFACES}/*/*")]):
-        name = path.relative_to(folder).as_posix()
-        if name not in wanted:
-            stale.append(name)
-            if not check:
-                path.unlink()
+    contents = files(load_parameters(EXISTING_ARMS))
+    wanted = {folder / name: content for name, content in contents.items()}
+    there = [*folder.glob("*/meshes/*/*"), *folder.glob(f"{INTERFACES}/*/*")]
+    stale = generated.update(wanted, check=check, there=there)
+    for path in stale if not check else ():
+        if path.parent.name == "scripts":
+            path.chmod(0o755)
     return stale
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Write or check the generated files; return the exit status."""
-    parser = argparse.ArgumentParser(description="Generate the ROS 2 packages from the model.")
-    parser.add_argument("--check", action="store_true", help="write nothing, fail when stale")
-    options = parser.parse_args(arguments)
-    try:
-        stale = write(PACKAGES, check=options.check)
-    except ConfigurationError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    if stale and options.check:
-        sys.stderr.write(f"ros/: {', '.join(stale)}: stale; run make generate\n")
-        return 1
-    for name in stale:
-        sys.stdout.write(f"wrote ros/{name}\n")
-    return 0
+    return generated.main(lambda check: write(PACKAGES, check=check), arguments)
 
 
 if __name__ == "__main__":

@@ -5,10 +5,8 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -17,8 +15,8 @@ from bioscara.planning.motions.waypoints import MOST_BLEND
 from bioscara.robot.sequences.steps import KINDS, PATHS
 from bioscara.robot.tasks.checks import metadata
 from bioscara.robot.tasks.forms import JointForm, LoadForm, PoseForm
+from tools.generated import ROOT, main, update
 
-ROOT = Path(__file__).parents[1]
 FILE = ROOT / "src/bioscara/dashboard/page/js/teach/step_kinds.js"
 _HEAD = """\
 // Generated from src/bioscara/robot/tasks by `make generate`: the kinds of steps and their fields.
@@ -92,18 +90,5 @@ def _literal(values: dict[str, Any]) -> str:
     return f"{{ {pairs} }}"
 
 
-def main() -> int:
-    """Write the file, or compare it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="compare, and write nothing")
-    if not parser.parse_args().check:
-        FILE.write_text(content())
-        return 0
-    if FILE.is_file() and FILE.read_text() == content():
-        return 0
-    sys.stderr.write(f"{FILE.relative_to(ROOT)} is not what make generate writes\n")
-    return 1
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main(lambda check: update({FILE: content()}, check=check)))

@@ -94,7 +94,7 @@ def test_the_bench_of_the_last_owner_is_confirmed_on_the_page(
         command(page)
         strip.get_by_role("button", name="Confirm").click()
         expect(strip).to_have_count(0)
-        assert served.robot.arm.workspace.unconfirmed == frozenset()
+        assert served.robot.runner.arm.workspace.unconfirmed == frozenset()
         assert page.errors == []  # type: ignore[attr-defined]
         context.close()
 

@@ -8,12 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.drivers import Quality
+from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.errors import GripperError, ModeSwitchError
 from bioscara.hardware import GripperHardware, LifecycleState
-from bioscara.hardware.ros2_control_tags import Urdf
 from bioscara.model import load_parameters
-from bioscara.model.urdf import URDF
 from bioscara.sim import SimulatedArm, SimulatedServo
 
 PARAMETERS = load_parameters().gripper
@@ -28,9 +26,9 @@ def servo() -> Iterator[SimulatedServo]:
 
 @pytest.fixture
 def gripper(servo: SimulatedServo, tmp_path: Path) -> GripperHardware:
-    return GripperHardware.from_description(
-        Urdf.load(URDF), PARAMETERS, SimulatedArm().clock, tmp_path / "width", root=servo.root
-    )
+    clock = SimulatedArm().clock
+    driver = Gripper(Pwm(PARAMETERS.outputs, clock, servo.root), PARAMETERS, tmp_path / "width")
+    return GripperHardware("bioscara_gripper_128", "gripper", driver, clock)
 
 
 def cycle(gripper: GripperHardware, width: float | None = None) -> tuple[float, float]:

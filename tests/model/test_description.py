@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from tools.meshes import FINISHES, triangles
+from tools.meshes import FINISHES, read_stl, triangles
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
-from bioscara.model.meshes import read_stl
 from bioscara.model.parts import drawing
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
 

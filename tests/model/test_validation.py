@@ -1,52 +1,45 @@
-"""Groups of values: every scalar is strict, and every group is checked whenever it is made."""
+"""Groups of values: no value is converted, and every group is checked whenever it is made."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
-from pydantic import TypeAdapter
 
-# Their groups are checked, too.
-import bioscara.control.manager.registry
-import bioscara.planning.files.scene_file
-import bioscara.robot.workspace.teach_file  # noqa: F401
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.model.loading import EXISTING_ARMS
-from bioscara.model.validation import Checked
+from bioscara.model.validation import ProblemsError, parsed
+from bioscara.model.yaml_file import YamlFile
 
 TEXT = EXISTING_ARMS.read_text()
 JOINT = load_parameters().joints[0]
 
 
-def groups(kind: type[Checked]) -> Iterator[type[Checked]]:
-    for each in kind.__subclasses__():
-        if each.__module__.startswith("bioscara."):
-            yield each
-            yield from groups(each)
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        *((float, value) for value in ("1", True, None, [1.0])),
+        *((int, value) for value in ("1", True, 1.5, 1.0)),
+        *((bool, value) for value in (1, "true", None)),
+        *((str, value) for value in (1, True, None, b"j1")),
+        *((tuple[str, ...], value) for value in ("ab", {"a": 1}, ["a", 1])),
+        (tuple[float, float], [1.0, "2"]),
+        (dict[str, float], {1: 1.0}),
+        (Literal["in", "out"], "up"),
+    ],
+)
+def test_nothing_is_converted_to_another_type(kind: Any, value: object) -> None:
+    with pytest.raises(ProblemsError):
+        parsed(kind, value)
 
 
-def scalars(schema: Any) -> Iterator[dict[str, Any]]:
-    if isinstance(schema, dict):
-        if schema.get("type") in ("int", "float", "bool", "str"):
-            yield schema
-        for key, value in schema.items():
-            if key not in ("metadata", "serialization"):
-                yield from scalars(value)
-    elif isinstance(schema, list | tuple):
-        for each in schema:
-            yield from scalars(each)
-
-
-@pytest.mark.parametrize("group", [*groups(Checked)], ids=lambda group: group.__name__)
-def test_no_scalar_of_any_group_is_converted(group: type[Checked]) -> None:
-    schema = TypeAdapter(list[group]).core_schema  # type: ignore[valid-type]
-    assert "fields" in str(schema)
-    assert all(each.get("strict") for each in scalars(schema))
+def test_a_value_is_of_the_plain_type_for_a_number_that_remembers_how_it_was_written() -> None:
+    numbers = YamlFile("address: 0x11\nupper: 3\n", "arm.yaml").values
+    assert [type(parsed(kind, numbers[name])) for kind, name in
+            ((int, "address"), (float, "upper"))] == [int, float]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,9 @@ from collections import defaultdict
 import numpy as np
 import pinocchio as pin
 import pytest
-from tools.meshes import triangles
+from tools.meshes import read_stl, triangles
 
 from bioscara.model import load_parameters
-from bioscara.model.meshes import read_stl
 from bioscara.model.parts import drawing
 from bioscara.model.urdf import DESCRIPTION, URDF
 from oracle.oracle import HAND, JOINED, LINKS, Oracle, load, solids

@@ -224,7 +224,7 @@ def paused_homing(w: World) -> None:
 
 
 def stop(w: World) -> None:
-    for operation in w.robot.arm.operations:
+    for operation in w.robot.runner.arm.operations:
         operation.cancel()
         operation.wait()
 

@@ -13,10 +13,9 @@ from typing import Any
 import pytest
 from tools import ros_packages
 
-from bioscara.hardware import Urdf
-from bioscara.hardware.ros2_control_tags import read_arm, read_gripper
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF, urdf_of
+from bioscara.ros.arm.description import RobotDescription
 from ros.share import GRIPPER, NAMES, PACKAGES, expand, scene
 
 MESH = re.compile(r"package://(\w+)/(.+)")
@@ -224,17 +223,10 @@ def test_pinocchio_loads_the_scene_with_its_meshes(prefix: Path, tmp_path: Path)
     assert len(shapes.geometryObjects) == len(list((PACKAGES).glob("*/meshes/collision/*")))
 
 
-def test_our_hardware_reads_the_arm_and_the_gripper_from_the_scene(
-    prefix: Path, tmp_path: Path
-) -> None:
-    path = tmp_path / "scene.urdf"
-    path.write_text(ET.tostring(scene(prefix), encoding="unicode"))
-    parameters = load_parameters()
-    for read, known in zip(read_arm(Urdf.load(path)).joints, parameters.joints, strict=True):
-        assert (read.name, read.lower, read.upper, read.homing) == (
-            known.name, known.lower, known.upper, known.homing,
-        )  # fmt: skip
-    assert read_gripper(Urdf.load(path), parameters.gripper).joint == "gripper"
+def test_our_node_finds_the_values_of_the_arm_in_the_scene(prefix: Path) -> None:
+    described = RobotDescription(ET.tostring(scene(prefix), encoding="unicode"))
+    assert described.compare(load_parameters()) == []
+    assert [*described.joints.values()] == ["j1", "j2", "j3", "j4", "gripper"]
 
 
 def test_the_generated_files_are_fresh() -> None:

@@ -135,7 +135,7 @@ def test_rule_7_the_packages_that_files_name_are_declared(name: str) -> None:
         used |= set(re.findall(r'package="(\w+)"', text))
         used |= set(re.findall(r'FindPackageShare\("(\w+)"\)', text))
         used |= set(re.findall(r'[ (]file\("(\w+)"', text))
-        used |= set(re.findall(r"(?::=|default_value=\")(\w+_descriptions?)\b", text))
+        used |= set(re.findall(r"(?::=|\(\s*\")(\w+_descriptions?)\b", text))
         used |= set(re.findall(r'included\(\s*"(\w+)"', text))
         used |= imports(text)
         if 'FindExecutable(name="xacro")' in text:

@@ -14,88 +14,65 @@ from launch.substitutions import (
 from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = "bioscara_arm_bringup"
-ARGUMENTS = [
-    DeclareLaunchArgument(
-        "controllers_file",
-        default_value="bioscara_arm_controllers.yaml",
-        description="Parameters of the controllers: a file in config/, or a path.",
+ARGUMENTS = {
+    "controllers_file": (
+        "bioscara_arm_controllers.yaml",
+        "Parameters of the controllers: a file in config/, or a path.",
     ),
-    DeclareLaunchArgument(
-        "controller_manager_file",
-        default_value="bioscara_controller_manager.yaml",
-        description="Parameters of the controller manager: a file in config/, or a path.",
+    "controller_manager_file": (
+        "bioscara_controller_manager.yaml",
+        "Parameters of the controller manager: a file in config/, or a path.",
     ),
-    DeclareLaunchArgument(
-        "arm_description_package",
-        default_value="bioscara_arm_description",
-        description="Package with the description, as urdf/scene.xacro.",
+    "arm_description_package": (
+        "bioscara_arm_description",
+        "Package with the description, as urdf/scene.xacro.",
     ),
-    DeclareLaunchArgument(
-        "arm_macro",
-        default_value="bioscara_arm.xacro",
-        description="File of the macro that scene.xacro calls.",
-    ),
-    DeclareLaunchArgument(
-        "prefix", default_value="", description="Prefix of links, joints and components."
-    ),
-    DeclareLaunchArgument(
-        "use_mock_hardware",
-        default_value="false",
-        description="Drive the simulated arm instead of that on /dev/i2c-1.",
-    ),
-    DeclareLaunchArgument(
-        "homed",
-        default_value="false",
-        description="Start with homed joints; of the simulated arm only.",
-    ),
-    DeclareLaunchArgument("namespace", default_value="", description="Namespace of all nodes."),
-    DeclareLaunchArgument(
-        "robot_controller",
-        default_value="velocity_joint_trajectory_controller",
-        choices=["velocity_joint_trajectory_controller", "position_joint_trajectory_controller"],
-        description="Controller to load.",
-    ),
-    DeclareLaunchArgument("gui", default_value="true", description="Start RViz."),
-]
+    "arm_macro": ("bioscara_arm.xacro", "File of the macro that scene.xacro calls."),
+    "prefix": ("", "Prefix of links, joints and components."),
+    "use_mock_hardware": ("false", "Drive the simulated arm instead of that on /dev/i2c-1."),
+    "homed": ("false", "Start with homed joints; of the simulated arm only."),
+    "namespace": ("", "Namespace of all nodes."),
+    "gui": ("true", "Start RViz."),
+}
+"""Default and description of each argument."""
+CONTROLLER = DeclareLaunchArgument(
+    "robot_controller",
+    default_value="velocity_joint_trajectory_controller",
+    choices=["velocity_joint_trajectory_controller", "position_joint_trajectory_controller"],
+    description="Controller to load.",
+)
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments, and the shared bringup with their values."""
     package = FindPackageShare(LaunchConfiguration("arm_description_package"))
-    description = Command(
-        [
-            FindExecutable(name="xacro"),
-            ' "',
-            PathJoinSubstitution([package, "urdf", "scene.xacro"]),
-            '" arm_macro:="',
-            LaunchConfiguration("arm_macro"),
-            '" prefix:="',
-            LaunchConfiguration("prefix"),
-            '" use_mock_hardware:="',
-            LaunchConfiguration("use_mock_hardware"),
-            '"',
-        ]
-    )
+    words = [
+        part
+        for name in ("arm_macro", "prefix", "use_mock_hardware")
+        for part in (f' {name}:="', LaunchConfiguration(name), '"')
+    ]
+    scene = PathJoinSubstitution([package, "urdf", "scene.xacro"])
+    description = Command([FindExecutable(name="xacro"), ' "', scene, '"', *words])
     config = PathJoinSubstitution([FindPackageShare(PACKAGE), "config"])
     bringup = PathJoinSubstitution([FindPackageShare("bioscara_ros"), "launch", "bringup.py"])
+    manager, controllers = (
+        PathJoinSubstitution([config, LaunchConfiguration(name)])
+        for name in ("controller_manager_file", "controllers_file")
+    )
     return LaunchDescription(
         [
-            *ARGUMENTS,
+            *(
+                DeclareLaunchArgument(name, default_value=value, description=text)
+                for name, (value, text) in ARGUMENTS.items()
+            ),
+            CONTROLLER,
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(bringup),
                 launch_arguments={
                     "robot_description": description,
-                    "controller_manager_file": PathJoinSubstitution(
-                        [config, LaunchConfiguration("controller_manager_file")]
-                    ),
-                    "controllers_files": PathJoinSubstitution(
-                        [config, LaunchConfiguration("controllers_file")]
-                    ),
+                    "controller_manager_file": manager,
+                    "controllers_files": controllers,
                     "controllers": [LaunchConfiguration("robot_controller"), " homing_controller"],
-                    "prefix": LaunchConfiguration("prefix"),
-                    "namespace": LaunchConfiguration("namespace"),
-                    "use_mock_hardware": LaunchConfiguration("use_mock_hardware"),
-                    "homed": LaunchConfiguration("homed"),
                     "arm": "",
                     "rviz": LaunchConfiguration("gui"),
                     "rviz_config": PathJoinSubstitution([package, "rviz", "display.rviz"]),

@@ -14,81 +14,58 @@ from launch.substitutions import (
 from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = "bioscara_gripper_bringup"
-ARGUMENTS = [
-    DeclareLaunchArgument(
-        "controllers_file",
-        default_value="bioscara_gripper_controllers.yaml",
-        description="Parameters of the controllers: a file in config/, or a path.",
+ARGUMENTS = {
+    "controllers_file": (
+        "bioscara_gripper_controllers.yaml",
+        "Parameters of the controllers: a file in config/, or a path.",
     ),
-    DeclareLaunchArgument(
-        "controller_manager_file",
-        default_value="bioscara_gripper_controller_manager.yaml",
-        description="Parameters of the controller manager: a file in config/, or a path.",
+    "controller_manager_file": (
+        "bioscara_gripper_controller_manager.yaml",
+        "Parameters of the controller manager: a file in config/, or a path.",
     ),
-    DeclareLaunchArgument(
-        "gripper_description_package",
-        default_value="bioscara_gripper_descriptions",
-        description="Package with the description, as urdf/scene.xacro.",
+    "gripper_description_package": (
+        "bioscara_gripper_descriptions",
+        "Package with the description, as urdf/scene.xacro.",
     ),
-    DeclareLaunchArgument(
-        "gripper_macro",
-        default_value="bioscara_gripper_128.xacro",
-        description="File of the macro that scene.xacro calls.",
-    ),
-    DeclareLaunchArgument(
-        "prefix", default_value="", description="Prefix of links, joints and components."
-    ),
-    DeclareLaunchArgument(
-        "use_mock_hardware",
-        default_value="false",
-        description="Drive the simulated arm instead of that on /dev/i2c-1.",
-    ),
-    DeclareLaunchArgument("namespace", default_value="", description="Namespace of all nodes."),
-    DeclareLaunchArgument(
-        "robot_controller",
-        default_value="gripper_controller",
-        description="Controller to load.",
-    ),
-    DeclareLaunchArgument("gui", default_value="true", description="Start RViz."),
-]
+    "gripper_macro": ("bioscara_gripper_128.xacro", "File of the macro that scene.xacro calls."),
+    "prefix": ("", "Prefix of links, joints and components."),
+    "use_mock_hardware": ("false", "Drive the simulated arm instead of that on /dev/i2c-1."),
+    "namespace": ("", "Namespace of all nodes."),
+    "robot_controller": ("gripper_controller", "Controller to load."),
+    "gui": ("true", "Start RViz."),
+}
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments, and the shared bringup with their values."""
     package = FindPackageShare(LaunchConfiguration("gripper_description_package"))
-    description = Command(
-        [
-            FindExecutable(name="xacro"),
-            ' "',
-            PathJoinSubstitution([package, "urdf", "scene.xacro"]),
-            '" gripper_macro:="',
-            LaunchConfiguration("gripper_macro"),
-            '" prefix:="',
-            LaunchConfiguration("prefix"),
-            '" use_mock_hardware:="',
-            LaunchConfiguration("use_mock_hardware"),
-            '"',
-        ]
-    )
+    words = [
+        part
+        for name in ("gripper_macro", "prefix", "use_mock_hardware")
+        for part in (f' {name}:="', LaunchConfiguration(name), '"')
+    ]
+    scene = PathJoinSubstitution([package, "urdf", "scene.xacro"])
+    description = Command([FindExecutable(name="xacro"), ' "', scene, '"', *words])
     config = PathJoinSubstitution([FindPackageShare(PACKAGE), "config"])
     bringup = PathJoinSubstitution([FindPackageShare("bioscara_ros"), "launch", "bringup.py"])
+    manager, controllers = (
+        PathJoinSubstitution([config, LaunchConfiguration(name)])
+        for name in ("controller_manager_file", "controllers_file")
+    )
     return LaunchDescription(
         [
-            *ARGUMENTS,
+            *(
+                DeclareLaunchArgument(name, default_value=value, description=text)
+                for name, (value, text) in ARGUMENTS.items()
+            ),
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(bringup),
                 launch_arguments={
                     "robot_description": description,
-                    "controller_manager_file": PathJoinSubstitution(
-                        [config, LaunchConfiguration("controller_manager_file")]
-                    ),
-                    "controllers_files": PathJoinSubstitution(
-                        [config, LaunchConfiguration("controllers_file")]
-                    ),
+                    "controller_manager_file": manager,
+                    "controllers_files": controllers,
                     "controllers": LaunchConfiguration("robot_controller"),
-                    "prefix": LaunchConfiguration("prefix"),
-                    "namespace": LaunchConfiguration("namespace"),
-                    "use_mock_hardware": LaunchConfiguration("use_mock_hardware"),
                     "homed": "false",
                     "arm": "",
                     "rviz": LaunchConfiguration("gui"),

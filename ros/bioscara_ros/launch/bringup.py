@@ -1,7 +1,8 @@
 """Start the node that drives the arm, its controllers, and programs to look at them.
 
-The launch files of the bringup packages include it, and give each of :data:`ARGUMENTS`. It declares
-none, so that ``ros2 launch --show-args`` lists only the arguments of the launch file itself.
+The launch files of the bringup packages include it. Each of :data:`ARGUMENTS` is an argument of
+theirs, or they give it. It declares none, so that ``ros2 launch --show-args`` lists only the
+arguments of the launch file itself.
 
 The joint state broadcaster is started first and is active; then come RViz, rqt and the other
 controllers, which stay inactive until they are switched on. The end of the node ends everything.

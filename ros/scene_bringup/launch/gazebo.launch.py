@@ -25,6 +25,15 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 MESHES = ("bioscara_arm_description", "bioscara_gripper_descriptions")
 """Packages with the meshes, which Gazebo finds by its own path."""
+ARGUMENTS = {
+    "world": ("empty.sdf", "World: a file of Gazebo."),
+    "z": ("0.32", "Height of the table's top in the world [m]."),
+    "table": ("true", "Set the arm on a table."),
+    "homed": ("false", "Start with homed joints."),
+    "namespace": ("", "Namespace of all nodes."),
+    "gui": ("true", "Show Gazebo's window; or only simulate."),
+}
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -34,23 +43,9 @@ def generate_launch_description() -> LaunchDescription:
     folders = dict.fromkeys(os.path.dirname(share) for share in shares)
     return LaunchDescription(
         [
-            DeclareLaunchArgument(
-                "world", default_value="empty.sdf", description="World: a file of Gazebo."
-            ),
-            DeclareLaunchArgument(
-                "z", default_value="0.32", description="Height of the table's top in the world [m]."
-            ),
-            DeclareLaunchArgument(
-                "table", default_value="true", description="Set the arm on a table."
-            ),
-            DeclareLaunchArgument(
-                "homed", default_value="false", description="Start with homed joints."
-            ),
-            DeclareLaunchArgument(
-                "namespace", default_value="", description="Namespace of all nodes."
-            ),
-            DeclareLaunchArgument(
-                "gui", default_value="true", description="Show Gazebo's window; or only simulate."
+            *(
+                DeclareLaunchArgument(name, default_value=value, description=text)
+                for name, (value, text) in ARGUMENTS.items()
             ),
             *(AppendEnvironmentVariable("GZ_SIM_RESOURCE_PATH", each) for each in folders),
             OpaqueFunction(function=bring_up),

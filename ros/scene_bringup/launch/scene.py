@@ -1,7 +1,7 @@
 """Start the arm with its gripper, by the shared bringup.
 
-The launch files include it and give ``use_mock_hardware``, ``homed``, ``arm``, ``table``,
-``namespace``, ``rviz`` and ``rqt``; like the bringup, it declares none.
+The launch files that include it have ``use_mock_hardware``, ``homed``, ``arm``, ``table``,
+``namespace``, ``rviz`` and ``rqt``, or give them; like the bringup, it declares none.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from launch.substitutions import (
 from launch_ros.substitutions import FindPackageShare
 
 CONTROLLERS = "velocity_joint_trajectory_controller homing_controller gripper_controller"
-GIVEN = ("use_mock_hardware", "homed", "arm", "namespace", "rviz", "rqt")
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -50,7 +49,6 @@ def generate_launch_description() -> LaunchDescription:
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(file("bioscara_ros", "launch", "bringup.py")),
                 launch_arguments={
-                    **{name: LaunchConfiguration(name) for name in GIVEN},
                     "robot_description": description,
                     "controller_manager_file": manager,
                     "controllers_files": controllers,

@@ -90,11 +90,7 @@ def packed(message: object) -> bytes:
 
 
 class Framed:
-    """A message as bytes, made once for all clients of a form.
-
-    Args:
-        message: The message.
-    """
+    """A message as bytes, made once for all clients of a form."""
 
     def __init__(self, message: object) -> None:
         self._message = message

@@ -274,10 +274,6 @@ class OwnerClaim:
 def lock_file(path: Path, content: dict[str, object]) -> int | None:
     """Make or take a file that says something for as long as this process has it open.
 
-    Args:
-        path: The file.
-        content: Its content.
-
     Returns:
         The opened file; None if another process has it.
 

@@ -87,12 +87,7 @@ def workspace_of(parameters: ArmParameters, state: WorkspaceState) -> Workspace:
 
 
 def workspace_value(space: Workspace, revision: int) -> WorkspaceState:
-    """Return a workspace as a value.
-
-    Args:
-        space: The workspace.
-        revision: Its number.
-    """
+    """Return a workspace as a value."""
     return WorkspaceState(
         revision=revision,
         scene=scene_value(space.scene),

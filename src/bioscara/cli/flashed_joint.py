@@ -127,11 +127,6 @@ class BoardToFlash:
 class JointOnBus:
     """The joint to flash, on its bus.
 
-    Args:
-        joint: The joint.
-        clock: Clock of its bus.
-        report: Called with each message.
-
     Attributes:
         image: CRC-32 of the image that it runs; None if its firmware does not tell.
     """

@@ -61,13 +61,7 @@ def own_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS
 
 
 def introduce(robot: ArmMethods, options: Options, report: Callable[[str], None]) -> None:
-    """Report which arm it is, and how much of each cycle its bus leaves if that is little.
-
-    Args:
-        robot: A connected robot.
-        options: Parsed options.
-        report: Receives each line.
-    """
+    """Report which arm it is, and how much of each cycle its bus leaves if that is little."""
     report(f"arm: {robot.description}{others_served(options)}")
     share = robot.bus_share
     if options.bus != "sim" and share > _BUS_SHARE:
@@ -105,13 +99,6 @@ def arrange(
     """Give the arm the table, the scene and the tool of the command line.
 
     Those of an owner's arm stay as they are unless an option names others.
-
-    Args:
-        robot: A connected robot.
-        options: Parsed options.
-        table: The table.
-        scene: The scene.
-        tool: Name of the tool.
     """
     own = options.arm is None
     if own:

@@ -122,9 +122,6 @@ class _Leaf(NamedTuple):
 def parameter_rows(overlay: str) -> tuple[ParameterRow, ...]:
     """Return the parameters of an arm with an overlay.
 
-    Args:
-        overlay: Text of the overlay.
-
     Raises:
         ConfigurationError: The overlay cannot be used.
     """

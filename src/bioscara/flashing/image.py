@@ -106,9 +106,6 @@ class Image:
     def require(self, joint: int) -> None:
         """Raise unless this is an image for ``joint`` and compatible with this bioscara.
 
-        Args:
-            joint: Number of the joint.
-
         Raises:
             ImageError: It is for another joint, or of another version than this bioscara.
         """
@@ -141,9 +138,6 @@ def read_image(path: Path | str) -> Image:
 
 def prebuilt(joint: int) -> Path:
     """Return the available image of this version: built in this checkout, or downloaded.
-
-    Args:
-        joint: Number of the joint.
 
     Raises:
         ImageError: There is none; the message states where to get one.

@@ -3,8 +3,8 @@
 Begin with ``arm``, the joints of one bus, and ``axis``, one of them; ``gripper`` is the servo.
 ``component`` implements their lifecycle, ``interfaces`` the handles shared with controllers.
 ``mode_switching`` changes the joints' command modes, ``cyclic_io`` exchanges with them in each
-cycle, ``safe_stop`` brings them to rest despite any failure. ``ros2_control_tags`` reads a
-URDF, ``urdf_joints`` its joints.
+cycle, ``safe_stop`` brings them to rest despite any failure. ``urdf`` reads a robot
+description, ``urdf_joints`` its joints.
 """
 
 from bioscara.hardware.arm import ArmHardware as ArmHardware
@@ -17,4 +17,4 @@ from bioscara.hardware.interfaces import POSITION as POSITION
 from bioscara.hardware.interfaces import VELOCITY as VELOCITY
 from bioscara.hardware.interfaces import CommandInterface as CommandInterface
 from bioscara.hardware.interfaces import StateInterface as StateInterface
-from bioscara.hardware.ros2_control_tags import Urdf as Urdf
+from bioscara.hardware.urdf import Urdf as Urdf

@@ -31,10 +31,8 @@ from bioscara.hardware.mode_switching import (
     plan_modes,
     release_warnings,
 )
-from bioscara.hardware.ros2_control_tags import Urdf, read_arm
 from bioscara.hardware.safe_stop import stop_and_disable
 from bioscara.model import JointParameters
-from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import SILENCE, Flags
 
 _log = logging.getLogger(__name__)
@@ -82,23 +80,6 @@ class ArmHardware(HardwareComponent):
         self.freed_by: tuple[str, ...] = ()
         self._late: list[BioscaraError] = []
         self._written = -math.inf
-
-    @classmethod
-    def from_description(
-        cls, urdf: Urdf, bus: Bus, clock: Clock, name: str = ARM_COMPONENT
-    ) -> ArmHardware:
-        """Return the arm defined by a description; nothing is sent yet.
-
-        Args:
-            urdf: The description.
-            bus: Bus of the joints.
-            clock: Time of that bus.
-            name: Name of the ``<ros2_control>`` tag.
-
-        Raises:
-            ConfigurationError: The description cannot be used.
-        """
-        return cls(name, bus, clock, read_arm(urdf, name).joints)
 
     @property
     def limits(self) -> Mapping[str, JointParameters]:

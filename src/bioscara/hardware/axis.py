@@ -37,10 +37,6 @@ _new = tuple.__new__
 class Axis:
     """One joint and its state that is kept from cycle to cycle.
 
-    Args:
-        joint: The joint.
-        clock: Time of its bus.
-
     Attributes:
         joint: As given.
         name: Name of the joint.

@@ -54,10 +54,6 @@ class Capacity:
 
     Times a read of the state of all joints and scales that time to other frames by their length.
 
-    Args:
-        joints: Initialised joints.
-        clock: Time of their bus.
-
     Attributes:
         rate: Cycles per second that the bus has to carry [Hz]; 0 while none has been chosen.
     """

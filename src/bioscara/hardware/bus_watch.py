@@ -31,11 +31,6 @@ class BusWatch:
     A bus is stuck when transactions with all joints, two at least, did not end, with no other
     outcome between them. Joints that were lost before do not count: they are not asked any more.
 
-    Args:
-        bus: The bus.
-        clock: Time of that bus.
-        axes: The joints on it.
-
     Attributes:
         line: Transactions in a row that did not end.
     """

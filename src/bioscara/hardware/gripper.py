@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 
 from bioscara.clock import Clock
-from bioscara.drivers import Gripper, Pwm, Quality
-from bioscara.drivers.gripper.pwm import SYSFS
+from bioscara.drivers import Gripper, Quality
 from bioscara.errors import GripperError
 from bioscara.hardware.component import HardwareComponent, LifecycleState
 from bioscara.hardware.interfaces import POSITION, VELOCITY, CommandInterface, StateInterface
-from bioscara.hardware.ros2_control_tags import Urdf, read_gripper
-from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.tags import GRIPPER_COMPONENT
+from bioscara.model import JointParameters
 
 
 class GripperHardware(HardwareComponent):
@@ -40,36 +36,6 @@ class GripperHardware(HardwareComponent):
         self._claimed = False
         self.states = {state.name: state for state in (self._position, self._velocity)}
         self.commands = {self._command.name: self._command}
-
-    @classmethod
-    def from_description(
-        cls,
-        urdf: Urdf,
-        servo: GripperParameters,
-        clock: Clock,
-        state_file: Path | str,
-        *,
-        name: str = GRIPPER_COMPONENT,
-        root: Path | str = SYSFS,
-    ) -> GripperHardware:
-        """Return the gripper defined by a description; nothing is written yet.
-
-        Args:
-            urdf: The description.
-            servo: Source of the pulses and wiring.
-            clock: Clock for waiting and time stamps.
-            state_file: File of the last width.
-            name: Name of the ``<ros2_control>`` tag.
-            root: The kernel's folder of PWM outputs.
-
-        Raises:
-            ConfigurationError: The description cannot be used.
-        """
-        described = read_gripper(urdf, servo, name)
-        pwm = Pwm(described.parameters.outputs, clock, root)
-        return cls(
-            described.name, described.joint, Gripper(pwm, described.parameters, state_file), clock
-        )
 
     @property
     def limits(self) -> Mapping[str, JointParameters]:

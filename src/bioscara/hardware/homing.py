@@ -14,10 +14,6 @@ from bioscara.protocol import Flags
 class Homing:
     """Homing of one joint: started by a command, supervised by the cycle, ended by either.
 
-    Args:
-        joint: The joint.
-        clock: Time of its bus.
-
     Attributes:
         running: Whether the joint is, or may be, seeking its end stop: homing was sent and its end
             was not reported.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
-from bioscara.hardware.ros2_control_tags import Urdf
+from bioscara.hardware.urdf import Urdf
 
 Triple = tuple[float, float, float]
 _KINDS = ("fixed", "revolute", "prismatic")

@@ -31,21 +31,6 @@ class Pose(NamedTuple):
     def __str__(self) -> str:
         return f"({self.x:.4g}, {self.y:.4g}, {self.z:.4g}) m, yaw {self.yaw:.4g} rad"
 
-    @classmethod
-    def from_degrees(cls, x: float, y: float, z: float, yaw_deg: float = 0.0) -> Pose:
-        """Return a pose whose yaw is given in degrees.
-
-        Args:
-            x: [m].
-            y: [m].
-            z: [m].
-            yaw_deg: Rotation about z [degrees].
-
-        Raises:
-            InvalidArgumentError: A value is not a finite number.
-        """
-        return cls(x, y, z, math.radians(number("yaw_deg", yaw_deg)))
-
     def compose(self, other: Pose) -> Pose:
         """Return ``other``, given in this frame, in the parent frame of this one.
 

@@ -2,10 +2,10 @@
 
 ``parameters.yaml`` holds the values of the existing arms, each with its unit and source;
 ``parameters`` defines them as classes with their limits, ``loading`` reads the file; ``validation``
-is how values are checked, by the ``schemas`` of pydantic, ``yaml_file`` gives those of a file,
+is how values are checked, ``yaml_file`` gives those of a file,
 ``existing_arms`` has those of the existing arms, checked before. ``parts`` is the drawing of the
 arm, made of ``solids``; planning's collision bodies follow from it. ``urdf`` is the description,
-which ``tools/description.py`` generates, ``meshes`` reads its meshes; ``tags`` are the names used
+which ``tools/description.py`` generates; ``tags`` are the names used
 in it.
 """
 

@@ -12,14 +12,10 @@ from bioscara.model.validation import (
     NOT_ZERO,
     Before,
     Checked,
-    Flag,
-    Listed,
     Location,
     Name,
-    Number,
     Problem,
-    Strict,
-    Text,
+    Restricted,
     Within,
     described,
     not_above,
@@ -70,10 +66,10 @@ class HomingParameters(Checked):
         acceleration: Joint acceleration while homing [unit/s^2].
     """
 
-    velocity: Annotated[Number, NOT_ZERO]
+    velocity: Annotated[float, NOT_ZERO]
     threshold: Annotated[int, Within(1, 255, "microsteps")]
     current_percent: Percent
-    acceleration: Number
+    acceleration: float
 
 
 def ambiguous_address(digits: str) -> str:
@@ -115,14 +111,14 @@ class JointParameters(Checked):
         belt_period: Period of the load's oscillation on its belt [s]; 0 for a rigid drive.
     """
 
-    name: Annotated[str, Strict(pattern="^j[1-4]$")]
+    name: Annotated[str, Restricted(pattern="^j[1-4]$")]
     address: Annotated[int, Within(0x08, 0x77)]
-    unit: Text
+    unit: str
     reduction: Annotated[float, Within(-1e5, 1e5), NOT_ZERO]
-    lower: Number
-    upper: Number
-    max_velocity: Number
-    max_acceleration: Number
+    lower: float
+    upper: float
+    max_velocity: float
+    max_acceleration: float
     drive_current_percent: Percent
     hold_current_percent: Percent
     stall_threshold: Annotated[int, Within(0, 255)]
@@ -209,15 +205,15 @@ class GripperParameters(Checked):
     lower: Annotated[float, Within(0.0, 1.0, "m")]
     upper: Annotated[float, Within(0.0, 1.0, "m")]
     max_velocity: Annotated[float, Within(1e-3, 10.0, "m/s")]
-    initial: Number
+    initial: float
     deg_per_m: Annotated[float, Within(-1e5, 1e5, "deg/m"), NOT_ZERO]
     zero_width: Annotated[float, Within(-1.0, 1.0, "m")]
-    frequency: Number
-    pulse_center: Number
+    frequency: float
+    pulse_center: float
     pulse_per_deg: Annotated[float, Within(-1e-3, 1e-3, "s/deg"), NOT_ZERO]
     pulse_lower: Annotated[float, Within(1e-4, 1e-2, "s")]
     pulse_upper: Annotated[float, Within(1e-4, 1e-2, "s")]
-    outputs: Annotated[Listed[PwmOutput], NOT_EMPTY]
+    outputs: Annotated[tuple[PwmOutput, ...], NOT_EMPTY]
 
     def problems(self) -> Iterator[Problem]:
         """Yield values that do not suit each other."""
@@ -312,8 +308,8 @@ class JointTolerances(Checked):
         goal: Tolerance at the end [unit]; 0 is unchecked.
     """
 
-    trajectory: Number
-    goal: Number
+    trajectory: float
+    goal: float
 
 
 class TrajectoryConstraints(Checked):
@@ -355,8 +351,8 @@ class TrajectorySettings(Checked):
         constraints: Failure conditions of a goal.
     """
 
-    allow_partial_joints_goal: Flag
-    allow_nonzero_velocity_at_trajectory_end: Flag
+    allow_partial_joints_goal: bool
+    allow_nonzero_velocity_at_trajectory_end: bool
     constraints: TrajectoryConstraints
 
 
@@ -393,7 +389,7 @@ class GripperSettings(Checked):
     """
 
     goal_tolerance: Annotated[float, Within(1e-5, 0.1, "m")]
-    allow_stalling: Flag
+    allow_stalling: bool
     stall_velocity_threshold: Annotated[float, Within(1e-6, 1.0, "m/s")]
     stall_timeout: Annotated[float, Within(0.01, 60.0, "s")]
 
@@ -424,7 +420,7 @@ def _named(name: str) -> Before:
 
 
 class JointTable(Checked):
-    """The joints by name, as files and descriptions have them."""
+    """The joints by name, as files have them."""
 
     j1: Annotated[JointParameters, _named("j1")]
     j2: Annotated[JointParameters, _named("j2")]
@@ -463,10 +459,10 @@ class ArmParameters(Checked):
         controllers: Parameters of the controllers.
     """
 
-    joints: Annotated[tuple[JointParameters, ...], Strict(), Before(_joints)]
+    joints: Annotated[tuple[JointParameters, ...], Before(_joints)]
     geometry: GeometryParameters
     gripper: GripperParameters
-    homing_order: Listed[Text]
+    homing_order: tuple[str, ...]
     controllers: ControllerSettings
 
     def problems(self) -> Iterator[Problem]:

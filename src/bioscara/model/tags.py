@@ -32,7 +32,3 @@ GRIPPER_TAGS = {
     "initial": "init_pos",
 }
 """The same for the gripper."""
-ARM_COMMANDS = ARM_STATES = ("position", "velocity", "home")
-"""Interfaces of every joint of the arm."""
-GRIPPER_COMMANDS, GRIPPER_STATES = ("position",), ("position", "velocity")
-"""Interfaces of the gripper's joint."""

@@ -1,38 +1,46 @@
-"""Groups of values from files, descriptions and programs, checked by pydantic.
+"""Groups of values from files, descriptions and programs, checked.
 
 A group of values is a subclass of :class:`Checked`. Its annotations are the checks of single
-values, ``problems`` those of several. Every refusal is one :class:`ConfigurationError`. pydantic,
-which loads slowly, is imported by the first check (:mod:`bioscara.model.schemas`).
+values, ``problems`` those of several. Every refusal is one :class:`ConfigurationError`.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import MISSING, dataclass, field, fields
+from functools import cache
+from types import UnionType
 from typing import (
-    TYPE_CHECKING,
     Annotated,
     Any,
+    Literal,
     NamedTuple,
     Self,
     TypeGuard,
-    TypeVar,
+    Union,
     cast,
     dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
 )
 
 from bioscara.arguments import shown
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from pydantic import GetCoreSchemaHandler
-    from pydantic_core import CoreSchema
+from bioscara.errors import ConfigurationError
+from bioscara.spelling import did_you_mean
 
 Location = tuple[str | int, ...]
 """Names and indices that lead to a value."""
 KNOWN_AS = "known_as"
 """Key of a field's metadata: the word that a list of the known names has instead of its name."""
+_KEY = "[key]"
+"""End of the location of a name that cannot be used."""
+_MOST = 5
+"""Problems that one message names."""
+_NO_MAPPING = "must be a mapping of names to values"
 
 
 class Problem(NamedTuple):
@@ -71,36 +79,52 @@ def not_above(
         yield Problem(f"{value:g} must be above {lower:g}", location, others)
 
 
-class Strict:
-    """Annotation of a type: only its values are accepted, nothing is converted to it.
-
-    Args:
-        bounds: Further bounds of the values, by their names in the schemas of pydantic.
+class ProblemsError(Exception):
+    """A value cannot be used.
 
     Attributes:
-        bounds: As given.
+        problems: The reasons, with locations from the value.
     """
 
-    def __init__(self, **bounds: object) -> None:
-        self.bounds = bounds
-
-    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return _with(handler(kind), strict=True, **self.bounds)
+    def __init__(self, *problems: Problem) -> None:
+        self.problems = problems
+        super().__init__(*problems)
 
 
-class Before:
+@dataclass(frozen=True)
+class Restricted:
+    """Annotation of a finite number or a text: its bounds.
+
+    Attributes:
+        above: A number is above it.
+        at_least: A number is not below it.
+        pattern: Regular expression of a whole text.
+    """
+
+    above: float = -math.inf
+    at_least: float = -math.inf
+    pattern: str = ""
+
+    def check(self, value: Any) -> None:
+        """Raise :class:`ProblemsError` if a value of the type is outside of the bounds."""
+        text = described(value)
+        if isinstance(value, str):
+            named = re.fullmatch(self.pattern, value, re.DOTALL)
+            _require(named, f"{text} is not a valid name")
+            return
+        _require(math.isfinite(value), f"{text} is not a finite number")
+        _require(value >= self.at_least, f"{text} must be at least {self.at_least:g}")
+        _require(value > self.above, f"{text} must be above {self.above:g}")
+
+
+class Before(NamedTuple):
     """Annotation of a value that a function checks or changes before the type is checked.
 
-    Args:
+    Attributes:
         function: Returns the value; raises a ``ValueError`` with the text of a :class:`Problem`.
     """
 
-    def __init__(self, function: Callable[[Any], object]) -> None:
-        self._function = function
-
-    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        made: CoreSchema = _schemas().before(self._function, handler(kind))
-        return made
+    function: Callable[[Any], object]
 
 
 class Within(NamedTuple):
@@ -110,19 +134,13 @@ class Within(NamedTuple):
     upper: float
     unit: str = ""
 
-    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        whole = kind is int
+    def check(self, value: object) -> None:
+        """Raise :class:`ProblemsError` if a number is outside; the type refuses anything else.
 
-        def check(value: object) -> object:
-            if not is_number(value):
-                return value
-            # Before the conversion, which refuses integers beyond any float.
-            for problem in outside(value, *self):
-                raise ValueError(problem.text)
-            return int(value) if whole and value == int(value) else value
-
-        made: CoreSchema = _schemas().before(check, _with(handler(kind), strict=True))
-        return made
+        It is checked before the conversion, which refuses integers beyond any float.
+        """
+        if is_number(value) and (problems := [*outside(value, *self)]):
+            raise ProblemsError(*problems)
 
 
 def _not_zero(value: object) -> object:
@@ -137,30 +155,22 @@ def _not_empty(value: object) -> object:
     return value
 
 
-_T = TypeVar("_T")
-
-AS_TUPLE = Before(lambda value: tuple(value) if isinstance(value, list) else value)
-"""Annotation of a strict tuple: a list is one too, nothing else."""
 NOT_ZERO = Before(_not_zero)
 """Annotation of a number that is not zero."""
 NOT_EMPTY = Before(_not_empty)
 """Annotation of a list that has a value."""
-Number = Annotated[float, Strict()]
-"""A number, also infinity and NaN: ``problems`` checks its range."""
-Finite = Annotated[float, Strict(allow_inf_nan=False)]
-Positive = Annotated[float, Strict(allow_inf_nan=False, gt=0.0)]
-NotNegative = Annotated[float, Strict(allow_inf_nan=False, ge=0.0)]
-Flag = Annotated[bool, Strict()]
-Text = Annotated[str, Strict()]
-Name = Annotated[str, Strict(min_length=1)]
-Listed = Annotated[tuple[_T, ...], Strict(), AS_TUPLE]
+Finite = Annotated[float, Restricted()]
+Positive = Annotated[float, Restricted(above=0.0)]
+NotNegative = Annotated[float, Restricted(at_least=0.0)]
+Name = Annotated[str, Restricted(pattern=".+")]
 
 
 class _Checking(type):
     """Type of the groups: making one by a call checks its values."""
 
     def __call__(cls, **values: Any) -> Any:
-        return _schemas().called(cls, values)
+        with _refusing(lambda _: f"{cls.__name__}: ", dotted):
+            return _made(cast("type[Checked]", cls), values)
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
@@ -196,10 +206,8 @@ class Checked(metaclass=_Checking):
         Raises:
             ConfigurationError: As above; the message has the first errors.
         """
-        made: Self = _schemas().checked(
-            cls, values, place, name or dotted, contradicted=contradicted
-        )
-        return made
+        with _refusing(place, name or dotted, contradicted=contradicted):
+            return cls.parsed(values)
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:
@@ -212,15 +220,9 @@ class Checked(metaclass=_Checking):
         """Return the group of these values, for the functions of :class:`Before`.
 
         Raises:
-            ValidationError: As above, of pydantic, which adds the location of the outer group.
+            ProblemsError: As above, without the location of the outer group.
         """
-        made: Self = _schemas().parsed(cls, values)
-        return made
-
-    @classmethod
-    def parsed_by_name(cls, values: Mapping[str, object]) -> dict[str, Self]:
-        """Return groups of these values by their names; errors as :meth:`parsed`."""
-        made: dict[str, Self] = _schemas().parsed(dict[str, cls], values)  # type: ignore[valid-type]
+        made: Self = parsed(cls, values)
         return made
 
     @classmethod
@@ -232,30 +234,207 @@ class Checked(metaclass=_Checking):
         """Yield contradictions between values that are valid alone."""
         return ()
 
-    @classmethod
-    def __get_pydantic_core_schema__(cls, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        made: CoreSchema = _schemas().group(cls, handler)
-        return made
-
 
 def require_none(problems: Iterable[Problem]) -> None:
     """Raise unless there are no problems, for the functions of :class:`Before`.
 
     Raises:
-        ValidationError: There are some, of pydantic, which adds the location of the outer group.
+        ProblemsError: There are some, without the location of the outer group.
     """
-    _schemas().require_none(problems)
+    if found := [*problems]:
+        raise ProblemsError(*found)
 
 
-def _schemas() -> ModuleType:
-    # Imported by the first check: pydantic loads slowly, and many programs check nothing.
-    from bioscara.model import schemas  # noqa: PLC0415
-
-    return schemas
+def _require(fits: object, text: str) -> None:
+    if not fits:
+        raise ProblemsError(Problem(text))
 
 
-def _with(schema: CoreSchema, **entries: object) -> CoreSchema:
-    return cast("CoreSchema", {**schema, **entries})
+def parsed(kind: Any, value: Any) -> Any:
+    """Return a value of a type, which is one of those that groups have.
+
+    Nothing is converted, except a list to a tuple and a whole number to a float.
+
+    Args:
+        kind: The type, with its annotations.
+        value: The value.
+
+    Raises:
+        ProblemsError: It cannot be used.
+    """
+    origin, inner = get_origin(kind), get_args(kind)
+    if isinstance(kind, _Checking):
+        return _group(cast("type[Checked]", kind), value)
+    if origin in (UnionType, Union):
+        # Of a group of several kinds, a function before has made one of them already.
+        return value if type(value) in inner else parsed(inner[0], value)
+    if origin is Literal:
+        expected = " or ".join(map(repr, inner)).replace(" or ", ", ", max(len(inner) - 2, 0))
+        _require(value in inner, f"{described(value)} is not a valid name; it must be {expected}")
+        return value
+    if origin is None:
+        return value if kind is Any else _scalar(kind, value)
+    return {Annotated: _annotated, tuple: _tuple, dict: _by_name}[origin](inner, value)
+
+
+def _annotated(inner: tuple[Any, ...], value: Any) -> Any:
+    (kind, *notes), after = inner, []
+    for note in reversed(notes):
+        if isinstance(note, Before):
+            value = _refused_as_problem(note.function, value)
+        elif isinstance(note, Within):
+            note.check(value)
+            if kind is int and isinstance(value, float) and value.is_integer():
+                value = int(value)
+        else:
+            after.append(note)
+    made = parsed(kind, value)
+    for bounds in after:
+        bounds.check(made)
+    return made
+
+
+def _refused_as_problem(function: Callable[[Any], Any], value: Any) -> Any:
+    try:
+        return function(value)
+    except ValueError as error:
+        raise ProblemsError(Problem(str(error))) from None
+
+
+_SCALARS = {
+    float: "is not a number",
+    int: "is not a whole number",
+    bool: "is neither true nor false",
+    str: "is not a valid name",
+}
+"""What a value of another type than this one is refused with."""
+
+
+def _scalar(kind: type, value: Any) -> Any:
+    fits = is_number(value) if kind is float else isinstance(value, kind)
+    wrong = not fits or (kind is int and isinstance(value, bool))
+    _require(not wrong, f"{described(value)} {_SCALARS[kind]}")
+    try:
+        # That of a file may be of a type that remembers how it was written.
+        return kind(value)
+    except OverflowError:
+        raise ProblemsError(Problem(f"{described(value)} is too large")) from None
+
+
+def _tuple(kinds: tuple[Any, ...], value: Any) -> tuple[Any, ...]:
+    _require(isinstance(value, list | tuple), f"{described(value)} is not a list")
+    if kinds[1:] == (...,):
+        kinds = kinds[:1] * len(value)
+    most = f"{described(value)} has more than {len(kinds)} values"
+    _require(len(value) <= len(kinds), most)
+    given = dict(enumerate(value))
+    return tuple(_every((place, kind, given) for place, kind in enumerate(kinds)).values())
+
+
+def _by_name(inner: tuple[Any, ...], value: Any) -> dict[str, Any]:
+    _require(isinstance(value, Mapping), _NO_MAPPING)
+    made, problems = _each((key, inner[1], value) for key in value)
+    unnamed = [
+        Problem(
+            f"{described(key)} is not a name; quote it if it is meant as one",
+            (key if isinstance(key, int) else str(key), _KEY),
+        )
+        for key in value
+        if not isinstance(key, str)
+    ]
+    require_none([*unnamed, *problems])
+    return made
+
+
+def _every(wanted: Iterable[tuple[Any, Any, Mapping[Any, Any]]]) -> dict[Any, Any]:
+    """Return values by their keys; all that cannot be used are refused together."""
+    made, problems = _each(wanted)
+    require_none(problems)
+    return made
+
+
+def _each(
+    wanted: Iterable[tuple[Any, Any, Mapping[Any, Any]]],
+) -> tuple[dict[Any, Any], list[Problem]]:
+    """Return values by their keys, and the problems of those that cannot be used.
+
+    Args:
+        wanted: Key and type of each value, and where it is.
+    """
+    made, problems = dict[Any, Any](), list[Problem]()
+    for key, kind, values in wanted:
+        try:
+            _require(key in values, "is missing")
+            made[key] = parsed(kind, values[key])
+        except ProblemsError as refused:
+            problems += [
+                Problem(text, (key, *inner), tuple((key, *other) for other in others))
+                for text, inner, others in refused.problems
+            ]
+    return made, problems
+
+
+def _group(kind: type[Checked], values: Any) -> Checked:
+    if isinstance(values, kind):
+        return values
+    _require(isinstance(values, Mapping), _NO_MAPPING)
+    return _made(kind, _refused_as_problem(kind.arranged, values))
+
+
+def _made(kind: type[Checked], given: Mapping[Any, object]) -> Checked:
+    """Refuse unknown names before all else: a misspelt value would be missing, too."""
+    own = fields(kind)
+    known = {each.name: each.metadata.get(KNOWN_AS, each.name) for each in own}
+    listed = f"known here: {', '.join(known.values())}"
+    require_none(
+        Problem(
+            f"is not a known parameter; {did_you_mean(str(key), known, listed)}",
+            (key if isinstance(key, str | int) else str(key),),
+        )
+        for key in given
+        if key not in known
+    )
+    hints = _hints(kind)
+    needed = [
+        each.name
+        for each in own
+        if each.name in given or (each.default is MISSING and each.default_factory is MISSING)
+    ]
+    made = kind.unchecked(**_every((name, hints[name], given) for name in needed))
+    require_none(made.problems())
+    return made
+
+
+@cache
+def _hints(kind: type[Checked]) -> dict[str, Any]:
+    return get_type_hints(kind, include_extras=True)
+
+
+@contextmanager
+def _refusing(
+    place: Callable[[Location], str],
+    name: Callable[[Location], str],
+    *,
+    contradicted: bool = False,
+) -> Iterator[None]:
+    """Raise one ConfigurationError with the first problems of what is made within."""
+    try:
+        yield
+    except ProblemsError as refused:
+        texts = []
+        for text, location, others in refused.problems[:_MOST]:
+            # "radius is not a known parameter", but "radius: 3 is outside 0 .. 1 m".
+            joint = " " if text.startswith(("is ", _NO_MAPPING)) else ": "
+            whole = f"{name(location) or 'the content'}{joint}{text}".removeprefix("the content: ")
+            places = [
+                f"{name(other)}: {place(other).removesuffix(': ')}"
+                for other in (others if contradicted else ())
+            ]
+            texts.append(
+                f"{place(location)}{text if location[-1:] == (_KEY,) else whole}"
+                + (f" ({'; '.join(places)})" if places else "")
+            )
+        raise ConfigurationError("; also ".join(texts)) from refused
 
 
 def is_number(value: object) -> TypeGuard[float]:

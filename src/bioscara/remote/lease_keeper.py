@@ -21,9 +21,6 @@ class LeaseKeeper:
     A lease that another one has ended, by a stop or a takeover, is not taken again
     automatically: the program may not know that the arm was stopped.
 
-    Args:
-        link: The connection.
-
     Attributes:
         stops: Number of stops that this client has seen.
     """

@@ -85,9 +85,6 @@ def put_stamp(data: bytearray, offset: int, nanoseconds: int) -> None:
 class CdrReader:
     """Reads a message field by field.
 
-    Args:
-        data: The message.
-
     Attributes:
         offset: Where the next field begins, before it is aligned.
 

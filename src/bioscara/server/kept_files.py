@@ -56,9 +56,6 @@ class KeptFile(Generic[T]):
     def save(self, value: T) -> T | None:
         """Replace the file, unless another program has changed it since it was read.
 
-        Args:
-            value: The new content.
-
         Returns:
             The content of the file if another program has changed it: then nothing is written. None
             if the new one is saved.

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bioscara.api import messages as m
-from bioscara.api.values import fault_value, trajectory_value, workspace_value
+from bioscara.api.values import fault_value, trajectory_of, trajectory_value, workspace_value
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.loop.loop import CycleReport
 from bioscara.errors import (
@@ -59,7 +59,7 @@ from bioscara.server.state.sampling import Sampler
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.owner_tasks import OwnerTasks
-from bioscara.server.tasks.uploads import Uploads
+from bioscara.server.tasks.uploads import TrajectoryUploads
 from bioscara.version import __version__
 
 _log = logging.getLogger(__name__)
@@ -125,7 +125,8 @@ class Owner:
         bench: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.robot, self.name, self._arm, self._post = robot, name, robot.arm, post
+        self.robot, self.name, self._post = robot, name, post
+        self._runner, self._arm = robot.runner, robot.runner.arm
         self._simulated, self._evidence, self._clock = simulated, evidence, clock
         self._overlay = OverlayFile(overlay)
         self.events = Events(robot.clock.now)
@@ -134,7 +135,7 @@ class Owner:
         self.changed: Callable[[bool], object] = lambda _: None
         self._plans: OrderedDict[int, Plan] = OrderedDict()
         self._last_plan = 0
-        self._uploads = Uploads()
+        self._uploads = TrajectoryUploads()
         poses, zones = table_file(table, robot.table.fingers), scene_file(scene)
         if (taught := poses.read()) is not None:
             robot.table = taught
@@ -154,14 +155,14 @@ class Owner:
         self._stopper, self._stopped = "", clock()
         self._taken = 0
         """Epoch of the last lease that another client took from its holder."""
-        self._joints = JointReports(self._arm, clock)
+        self._joints = JointReports(self._runner, clock)
         self._begin = clock()
-        self._sampler = Sampler(self._arm)
+        self._sampler = Sampler(self._runner)
         self._pauses = Pauses(self._arm, self.lease)
         self._simulation = Simulation(
             self._arm, lambda text: post(lambda: self._event("simulation", f"simulated: {text}"))
         )
-        self._controllers = ClientControllers(self._arm, self)
+        self._controllers = ClientControllers(self._runner, self)
         self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
         self.controllers_sample: m.ControllersSample | None = None
         self.controllers_wanted = False
@@ -173,7 +174,8 @@ class Owner:
         self._handlers: dict[type[m.Command], Callable[[Client, Any, int], Any]] = {
             m.Start: self._start,
             m.AddPoints: lambda _, command, __: Later(
-                lambda: self._uploads.add(command), lambda added: added
+                lambda: self._uploads.add(command.upload, trajectory_of(command.points)),
+                lambda added: added,
             ),
             m.SetJogVelocity: self._set_jog_velocity,
             m.EndJog: self._end_jog,
@@ -218,7 +220,7 @@ class Owner:
         stack.loop.restart()
         self.sample = self._sampler.sample(stack.loop.step())
         self._history = StateHistory(self.sample.names, stack.loop.rate)
-        self._arm.observers = (*self._arm.observers, self.observe)
+        self._runner.observers = (*self._runner.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
         if self._arm.workspace.unconfirmed:
             words = " and ".join(self._arm.workspace.unconfirmed_words())
@@ -281,7 +283,7 @@ class Owner:
     def tick(self) -> None:
         """Do the periodic work that needs no control loop: called now and then."""
         self.expire()
-        if not self.robot.arm.watched:
+        if not self._runner.watched:
             self.report_ended()
 
     def report_ended(self, before: int | None = None) -> None:
@@ -418,7 +420,7 @@ class Owner:
             end = time.monotonic() + _REST
             for former in stopping:
                 former.wait(max(end - time.monotonic(), 0.0))
-            self._arm.begin(operation, admit)
+            self._runner.begin(operation, admit)
 
         return Later(begin, finish)
 
@@ -547,7 +549,7 @@ class Owner:
             return m.Done()
 
         fault, joint, value = command.fault, command.joint, command.value
-        return Later(lambda: simulate_fault(self._arm, fault, joint, value), finish)
+        return Later(lambda: simulate_fault(self._runner, fault, joint, value), finish)
 
     def _set_real_time_factor(self, client: Client, command: m.SetRealTimeFactor, _: int) -> m.Done:
         self._simulation.set_factor(command.real_time_factor, client.name)

@@ -142,9 +142,6 @@ class PageServer:
 class Gateway(PageServer):
     """A gateway that listens.
 
-    Args:
-        settings: How it listens.
-
     Attributes:
         url: Address of the page, without a token.
         tokens: The tokens.

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import JointError, ModeSwitchError
-from bioscara.hardware import GripperHardware, LifecycleState, Urdf
+from bioscara.hardware import GripperHardware, LifecycleState
 from bioscara.model import load_parameters
-from bioscara.model.urdf import URDF
 from bioscara.protocol import SILENCE
 from bioscara.sim import SimulatedArm, SimulatedServo
 from control.control_stack import LIMITS, NAMES, World
@@ -132,9 +132,9 @@ def test_rule_51_releasing_an_unclaimed_interface_is_warned_about_and_harmless(v
 def test_rule_51_the_gripper_warns_too(tmp_path: Path) -> None:
     servo = load_parameters().gripper
     with SimulatedServo(servo.outputs[0]) as made:
-        gripper = GripperHardware.from_description(
-            Urdf.load(URDF), servo, SimulatedArm().clock, tmp_path / "width", root=made.root
-        )
+        clock = SimulatedArm().clock
+        driver = Gripper(Pwm(servo.outputs, clock, made.root), servo, tmp_path / "width")
+        gripper = GripperHardware("jaws", "gripper", driver, clock)
         gripper.set_state(LifecycleState.ACTIVE)
         name = "gripper/position"
         [said] = gripper.prepare_command_mode_switch((), (name,))

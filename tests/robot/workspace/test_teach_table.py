@@ -129,7 +129,6 @@ def test_a_table_without_frames_is_written_by_the_schema_without_them(tmp_path: 
 def test_frames_have_names() -> None:
     table = TABLE.with_frame(BENCH)
     assert table.frame("bench") is BENCH
-    assert table.without_frame("bench") == TABLE
     with pytest.raises(InvalidArgumentError, match="there is a frame bench already"):
         table.with_frame(BENCH)
     with pytest.raises(InvalidArgumentError, match=r"no frame 'bnech'; .*bench"):

@@ -49,9 +49,6 @@ class JogStep(NamedTuple):
 class JogKeys:
     """The state that the keys set, without a terminal or an arm.
 
-    Args:
-        joints: Parameters of the joints.
-
     Attributes:
         ended: Whether ``q`` was pressed.
         step: The step that was requested and not taken yet.

@@ -29,12 +29,6 @@ def show_live(
 ) -> None:
     """Show the joints until ``ended``, and each new fault; the arm may be disabled.
 
-    Args:
-        robot: An arm.
-        options: Parsed options.
-        output: Output to write to.
-        ended: Returns whether to return.
-
     Raises:
         BioscaraError: The joints cannot be read.
     """

@@ -30,10 +30,6 @@ class Controller(ABC, Generic[P]):
     it is configured, and implements :meth:`update`. The manager hands it the handles of those
     interfaces, in the order in which it named them, before ``on_activate``.
 
-    Args:
-        name: Name of the controller.
-        parameters: Its checked parameters.
-
     Attributes:
         name: As given.
         parameters: As given.

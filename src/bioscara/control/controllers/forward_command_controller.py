@@ -11,7 +11,6 @@ from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.hardware import VELOCITY, CommandInterface
-from bioscara.model.validation import Listed, Text
 
 
 class ForwardCommandParameters(Parameters):
@@ -22,7 +21,7 @@ class ForwardCommandParameters(Parameters):
         interface_name: Their commanded interface.
     """
 
-    joints: Listed[Text]
+    joints: tuple[str, ...]
     interface_name: Literal["position", "velocity"]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
 
 from bioscara.arguments import numbers, shown
 from bioscara.control.controllers.controller import Controller, interfaces
@@ -17,7 +16,11 @@ from bioscara.control.controllers.gripper_messages import (
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
-from bioscara.model.validation import AS_TUPLE, Finite, Flag, Name, Positive, Strict, Text
+from bioscara.model.validation import (
+    Finite,
+    Name,
+    Positive,
+)
 
 _ROUNDING = 1e-9
 """Difference of widths that comes from rounding [m]."""
@@ -47,15 +50,15 @@ class GripperActionParameters(Parameters):
     joint: Name
     action_monitor_rate: Positive = 20.0
     goal_tolerance: Positive = 0.01
-    allow_stalling: Flag = False
+    allow_stalling: bool = False
     stall_velocity_threshold: Positive = 0.001
     stall_timeout: Positive = 1.0
-    max_effort_interface: Text = ""
+    max_effort_interface: str = ""
     max_effort: Positive = 10.0
-    max_velocity_interface: Text = ""
+    max_velocity_interface: str = ""
     max_velocity: Positive = 0.1
     velocity_limit: Positive = 1.0
-    limits: Annotated[tuple[Finite, Finite], Strict(), AS_TUPLE] | None = None
+    limits: tuple[Finite, Finite] | None = None
 
 
 class GripperActionController(Controller[GripperActionParameters]):
@@ -127,9 +130,6 @@ class GripperActionController(Controller[GripperActionParameters]):
 
     def send_goal(self, goal: GripperGoal) -> GripperGoalHandle:
         """Move the gripper; a goal that still runs is cancelled.
-
-        Args:
-            goal: The goal.
 
         Returns:
             The accepted goal.

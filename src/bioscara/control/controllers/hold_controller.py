@@ -9,7 +9,9 @@ from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
-from bioscara.model.validation import Listed, Positive, Text
+from bioscara.model.validation import (
+    Positive,
+)
 
 _ARRIVAL = 0.1
 """Time that a joint may take to come to rest at its last setpoint [s]."""
@@ -24,9 +26,9 @@ class HoldParameters(Parameters):
         command_interfaces: ``("position",)`` or ``("position", "velocity")``.
     """
 
-    joints: Listed[Text]
-    max_deceleration: Listed[Positive]
-    command_interfaces: Listed[Text] = (POSITION,)
+    joints: tuple[str, ...]
+    max_deceleration: tuple[Positive, ...]
+    command_interfaces: tuple[str, ...] = (POSITION,)
 
 
 class HoldController(Controller[HoldParameters]):

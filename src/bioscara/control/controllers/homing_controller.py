@@ -13,7 +13,9 @@ from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import HOME, VELOCITY, LifecycleState
 from bioscara.hardware.interfaces import Quality
-from bioscara.model.validation import Listed, Positive, Text
+from bioscara.model.validation import (
+    Positive,
+)
 
 
 class HomingSequenceParameters(Parameters):
@@ -26,9 +28,9 @@ class HomingSequenceParameters(Parameters):
             ``joints``; empty where only the joints themselves and the time bound it.
     """
 
-    joints: Listed[Text]
+    joints: tuple[str, ...]
     timeout: Positive = 300.0
-    max_travel: Listed[Positive] = ()
+    max_travel: tuple[Positive, ...] = ()
 
     @classmethod
     def arranged(cls, values: Mapping[Any, object]) -> Mapping[Any, object]:

@@ -8,7 +8,6 @@ from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
-from bioscara.model.validation import Listed, Text
 from bioscara.planning.motions.jog import JogGenerator, JointVelocity, ToolVelocity
 
 _SAME = 2e-3
@@ -23,8 +22,8 @@ class JogParameters(Parameters):
         command_interfaces: ``("position",)``, or ``("position", "velocity")``.
     """
 
-    joints: Listed[Text]
-    command_interfaces: Listed[Literal["position", "velocity"]] = ("position",)
+    joints: tuple[str, ...]
+    command_interfaces: tuple[Literal["position", "velocity"], ...] = ("position",)
 
 
 class JogController(Controller[JogParameters]):

@@ -11,7 +11,6 @@ from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
 from bioscara.hardware.interfaces import Quality
-from bioscara.model.validation import Listed, Text
 
 
 class JointStates(NamedTuple):
@@ -56,8 +55,8 @@ class JointStateParameters(Parameters):
         extra_joints: Joints that no hardware has; they are reported at 0.
     """
 
-    joints: Listed[Text]
-    extra_joints: Listed[Text] = ()
+    joints: tuple[str, ...]
+    extra_joints: tuple[str, ...] = ()
 
 
 class JointStateBroadcaster(Controller[JointStateParameters]):

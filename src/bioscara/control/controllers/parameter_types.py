@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from typing import Annotated, Self
 
 from bioscara.model.parameters import HIGHEST_RATE
-from bioscara.model.validation import Checked, Listed, Text, Within
+from bioscara.model.validation import (
+    Checked,
+    Within,
+)
 
 
 class Parameters(Checked):
@@ -18,7 +21,7 @@ class Parameters(Checked):
     """
 
     update_rate: Annotated[int, Within(0, HIGHEST_RATE, "Hz")] = 0
-    fallback_controllers: Listed[Text] = ()
+    fallback_controllers: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, controller: str, values: Mapping[str, object]) -> Self:

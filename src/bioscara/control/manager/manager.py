@@ -147,11 +147,6 @@ class ControllerManager:
     ) -> AnyController:
         """Make a controller for :meth:`add`, in any thread: its parameters take time to check.
 
-        Args:
-            name: As for :meth:`load`.
-            kind: Likewise.
-            values: Likewise.
-
         Raises:
             SwitchError: The type is unknown.
             ConfigurationError: A parameter cannot be used.

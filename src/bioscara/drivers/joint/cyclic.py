@@ -43,12 +43,6 @@ Result = bytes | CommunicationError
 class CyclicExchange:
     """Frames of one joint for a cycle, and their outcome.
 
-    Args:
-        session: Session with the joint.
-        feedback: Its measured state.
-        readiness: Preconditions of its motions.
-        parameters: Parameters of the joint.
-
     Attributes:
         bad_cycles: Consecutive cycles without an answer.
         failures: Cycles without an answer since the object was made.

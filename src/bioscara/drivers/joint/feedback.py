@@ -29,11 +29,6 @@ class EncoderFeedback:
     The joint stores the position of its encoder's zero (the homing offset). Without a known offset
     there is no position.
 
-    Args:
-        session: Session with the joint.
-        clock: Time of its bus.
-        parameters: Parameters of the joint.
-
     Attributes:
         transmission: Conversion between joint and motor; has the homing offset.
         plausibility: Plausibility check of a version 1 joint's answers.

@@ -65,15 +65,7 @@ def _checked(what: str, value: int, limits: tuple[int, int], unit: str) -> int:
 
 
 class HomingProcedure:
-    """The steps of one homing, in the order of the methods.
-
-    Args:
-        session: Session with the joint.
-        feedback: Its measured state.
-        settings: Its settings.
-        limits: Limits of its setpoints.
-        parameters: Parameters of the joint.
-    """
+    """The steps of one homing, in the order of the methods."""
 
     __slots__ = ("_approach", "_feedback", "_limits", "_parameters", "_session", "_settings")
 

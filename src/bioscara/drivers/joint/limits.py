@@ -17,9 +17,6 @@ ROUNDING = 1e-9
 class SetpointLimits:
     """Checks setpoints of one joint before they are sent.
 
-    Args:
-        parameters: Parameters of the joint.
-
     Attributes:
         returning: Whether the setpoints are returning from outside the limits.
     """

@@ -45,15 +45,7 @@ _REST_MARGIN = 1.0
 
 
 class MotionMonitor:
-    """Polls one joint until its motion has ended.
-
-    Args:
-        session: Session with the joint.
-        feedback: Its measured state.
-        settings: Its settings.
-        clock: Time of its bus.
-        parameters: Parameters of the joint.
-    """
+    """Polls one joint until its motion has ended."""
 
     __slots__ = ("_clock", "_feedback", "_parameters", "_session", "_settings")
 

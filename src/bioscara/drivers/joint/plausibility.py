@@ -23,11 +23,7 @@ _DISABLED = int(Flags.NOTENABLED)
 
 
 class Plausibility:
-    """Rejects physically impossible answers; a repeated answer is accepted.
-
-    Args:
-        parameters: Parameters of the joint.
-    """
+    """Rejects physically impossible answers; a repeated answer is accepted."""
 
     def __init__(self, parameters: JointParameters) -> None:
         self._name, self._unit = parameters.name, parameters.unit

@@ -15,10 +15,6 @@ from bioscara.protocol import BrakeMode, Flags, Register
 class Settings:
     """Currents, speed and acceleration limits, stall detection and brake of one joint.
 
-    Args:
-        session: Session with the joint.
-        parameters: Parameters of the joint.
-
     Attributes:
         max_acceleration: The acceleration that was set last [rad/s^2 or m/s^2].
         max_velocity: The maximum velocity that was set last [rad/s or m/s].

@@ -14,10 +14,6 @@ Spot = tuple[float, float]
 def nearest_points(one: Prism, other: Prism) -> tuple[Point, Point]:
     """Return the nearest points of two shapes in the same frame.
 
-    Args:
-        one: A shape.
-        other: Another one.
-
     Returns:
         A point of each, x, y, z [m]. Where the shapes overlap in plan view, their points are one
         above the other; where they overlap in height, at the same height.

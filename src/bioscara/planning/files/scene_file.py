@@ -17,15 +17,10 @@ from typing import Annotated, Literal
 
 from bioscara.errors import ConfigurationError
 from bioscara.model.validation import (
-    AS_TUPLE,
     Before,
     Checked,
-    Listed,
     Name,
-    Number,
     Problem,
-    Strict,
-    Text,
     Within,
 )
 from bioscara.model.yaml_file import YamlFile
@@ -36,7 +31,7 @@ from bioscara.whole_files import replacing
 
 VERSION = 1
 """Version of the format that is read."""
-_Corner = Annotated[tuple[Number, Number, Number], Strict(), AS_TUPLE]
+_Corner = tuple[float, float, float]
 
 
 class _Zone(Checked):
@@ -44,25 +39,25 @@ class _Zone(Checked):
 
     name: Name
     keep: Literal["in", "out"]
-    shape: Text
-    links: Listed[Text] = ()
+    shape: str
+    links: tuple[str, ...] = ()
 
 
 class _Box(_Zone):
     lower: _Corner
     upper: _Corner
-    yaw: Number = 0.0
+    yaw: float = 0.0
 
     def made(self) -> Box:
         return Box(self.name, self.lower, self.upper, self.yaw, self.keep == "in", self.links)
 
 
 class _Cylinder(_Zone):
-    x: Number
-    y: Number
-    radius: Number
-    low: Number
-    high: Number
+    x: float
+    y: float
+    radius: float
+    low: float
+    high: float
 
     def made(self) -> Cylinder:
         size = self.x, self.y, self.radius, self.low, self.high
@@ -89,7 +84,7 @@ class _Scene(Checked):
     version: Annotated[int, Within(1, 10**6)]
     table_height: Annotated[float, Within(-FAR, FAR, "m")] | None
     margin: Annotated[float, Within(*MARGINS, "m")]
-    zones: Listed[Annotated[_Box | _Cylinder, Before(_zone)]]
+    zones: tuple[Annotated[_Box | _Cylinder, Before(_zone)], ...]
 
     def problems(self) -> Iterator[Problem]:
         """Yield names that are there twice."""

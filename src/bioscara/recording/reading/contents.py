@@ -18,9 +18,6 @@ _SECOND = 1e9
 class Contents:
     """The messages of a recording, counted.
 
-    Args:
-        path: The recording.
-
     Attributes:
         scan: The result of reading it.
         counts: Number of messages, by topic.

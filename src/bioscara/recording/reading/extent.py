@@ -40,9 +40,6 @@ def extent_of(path: Path) -> Extent:
 
     The times are unknown where it was not finished: it has no index then, or is still written.
 
-    Args:
-        path: The recording.
-
     Raises:
         RecordingError: It cannot be read.
     """

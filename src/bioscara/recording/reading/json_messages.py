@@ -20,10 +20,6 @@ _TRIPLES = frozenset(("late", "read", "update", "write", "widths"))
 def message_of(data: bytes, kind: type[M]) -> M:
     """Return a message that was recorded as std_msgs/String.
 
-    Args:
-        data: The recorded message.
-        kind: Its type.
-
     Raises:
         RecordingError: It is not of that type, as of another version of the software.
     """

@@ -23,12 +23,7 @@ _TOPICS = (Topic.DYNAMIC_JOINT_STATES, Topic.JOINT_COMMANDS, Topic.TOOL_POSE)
 
 
 class _Layout:
-    """Where the numbers are in the messages of a topic, which differ by their numbers only.
-
-    Args:
-        topic: The topic.
-        first: Its first message.
-    """
+    """Where the numbers are in the messages of a topic, which differ by their numbers only."""
 
     def __init__(self, topic: str, first: bytes) -> None:
         self._topic, self.size = topic, len(first)

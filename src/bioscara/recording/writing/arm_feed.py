@@ -91,11 +91,7 @@ class ArmFeed:
         self._questions.put(command)
 
     def report(self, text: str) -> None:
-        """Report to all clients of the owner; nothing happens if that does not answer.
-
-        Args:
-            text: A sentence.
-        """
+        """Report to all clients of the owner; nothing happens if that does not answer."""
         with suppress(BioscaraError):
             self._link.request(m.Report(text))
 

@@ -14,9 +14,7 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.model.validation import (
     Before,
     Checked,
-    Listed,
     Problem,
-    Strict,
     Within,
     is_number,
     require_none,
@@ -164,9 +162,9 @@ class StepSequence(Checked):
     """
 
     schema: Annotated[int, Within(1, 10**6)] = SCHEMA
-    title: Annotated[str, Strict(), Before(_one_line)] = ""
-    tool: Annotated[str, Strict(), Before(_valid_name)] = FINGERS
-    steps: Listed[Annotated[Any, Before(_step)]]
+    title: Annotated[str, Before(_one_line)] = ""
+    tool: Annotated[str, Before(_valid_name)] = FINGERS
+    steps: tuple[Annotated[Any, Before(_step)], ...]
 
     def problems(self) -> Iterator[Problem]:
         """Yield no or too many steps, and blends at places where the arm has to rest."""

@@ -183,15 +183,6 @@ class TeachTable:
         """
         return replace(self, frames=(*self.frames, frame))
 
-    def without_frame(self, name: str) -> TeachTable:
-        """Return the table without a frame.
-
-        Raises:
-            InvalidArgumentError: There is none.
-        """
-        gone = self.frame(name)
-        return replace(self, frames=tuple(frame for frame in self.frames if frame is not gone))
-
     def without_pose(self, name: str) -> TeachTable:
         """Return the table without a taught pose.
 

@@ -31,7 +31,12 @@ from typing import Annotated
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.model.validation import Checked, Name, Problem, Text, Within
+from bioscara.model.validation import (
+    Checked,
+    Name,
+    Problem,
+    Within,
+)
 from bioscara.model.yaml_file import NODES_MAX, SIZE_MAX, YamlFile, read_text
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
@@ -195,9 +200,9 @@ class _Pose(Checked):
 
 class _Table(Checked):
     schema: Annotated[int, Within(1, 10**6)]
-    tools: dict[Text, _Tool]
-    poses: dict[Text, _Pose]
-    frames: dict[Text, _Place] = field(default_factory=dict)
+    tools: dict[str, _Tool]
+    poses: dict[str, _Pose]
+    frames: dict[str, _Place] = field(default_factory=dict)
 
     def problems(self) -> Iterator[Problem]:
         """Yield frames in a schema without them."""

@@ -34,9 +34,6 @@ class Component(NamedTuple):
 class RobotDescription:
     """The hardware components of a robot description, and the translation of their names.
 
-    Args:
-        text: The URDF.
-
     Attributes:
         text: As given.
         urdf: The parsed description.

@@ -73,9 +73,6 @@ class FrameJoint(NamedTuple):
 class Frames:
     """All joints of a description.
 
-    Args:
-        urdf: The description.
-
     Attributes:
         fixed: Poses of the links that never move in their parents.
 

@@ -20,13 +20,7 @@ DESCRIPTION = "robot_description"
 
 
 class RobotFrames:
-    """Publishes the description once, and the poses of links whose joints have positions.
-
-    Args:
-        node: The node.
-        description: The robot description.
-        time: Converts times.
-    """
+    """Publishes the description once, and the poses of links whose joints have positions."""
 
     def __init__(self, node: Any, description: RobotDescription, time: ArmTime) -> None:
         self._description, self._time = description, time

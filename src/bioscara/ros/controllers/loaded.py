@@ -32,7 +32,6 @@ _NODES: dict[str, type[ControllerNode]] = {
     JointTrajectoryController.TYPE: TrajectoryNode,
 }
 """Node of each type; controllers of other types have parameters only."""
-_CONFIGURED = ("inactive", "active")
 
 
 class LoadedControllers:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 import sys
 from collections.abc import Iterable, Iterator
@@ -11,7 +12,7 @@ from functools import cache
 from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 from bioscara.control.manager.registry import TYPES
-from bioscara.model.validation import KNOWN_AS, Checked, Strict
+from bioscara.model.validation import KNOWN_AS, Checked, Restricted
 from bioscara.ros.controllers.parameters import ALSO_KNOWN, OF_NODES
 
 
@@ -36,11 +37,11 @@ class DescribedParameter(NamedTuple):
         # Imported here: names are known without ROS, too.
         from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor  # noqa: PLC0415
 
-        bounds = (each for each in get_args(self.annotation)[1:] if isinstance(each, Strict))
+        bounds = (each for each in get_args(self.annotation)[1:] if isinstance(each, Restricted))
         ranges = [
-            FloatingPointRange(from_value=low, to_value=sys.float_info.max)
+            FloatingPointRange(from_value=each.at_least, to_value=sys.float_info.max)
             for each in bounds
-            if isinstance(low := each.bounds.get("ge"), float)
+            if math.isfinite(each.at_least)
         ]
         choices = get_args(self.annotation) if get_origin(self.annotation) is Literal else ()
         return ParameterDescriptor(

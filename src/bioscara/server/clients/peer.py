@@ -19,9 +19,6 @@ class Peer:
     be given to another process: a descriptor of the process (``pidfd_open(2)``) says surely whether
     it has ended.
 
-    Args:
-        connection: A connected Unix socket.
-
     Attributes:
         pid: Number of the process; 0 if it cannot be seen from here, as in another container.
         uid: Its user.

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from typing import Any, Protocol, TypeVar
 
 from bioscara.api import messages as m
@@ -31,19 +31,19 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import LifecycleState
-from bioscara.robot.arm import Arm
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
-from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
 from bioscara.robot.operations.controllers.planned_goal import PlannedGoal, can_be_planned, slowed
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
 from bioscara.robot.operations.operation import Operation
+from bioscara.robot.runner import Runner
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.controllers.controller_goals import ControllerGoals
 from bioscara.server.controllers.loadable_controllers import LOADED, made_controller, require_client
 from bioscara.server.controllers.loaders import Loaders
+from bioscara.server.tasks.uploads import Uploads
 from bioscara.spelling import did_you_mean
 
 T = TypeVar("T")
@@ -53,8 +53,6 @@ _PATIENCE = 15.0
 """Longest time that a request waits for work between cycles, or for the arm to come to rest [s]."""
 _SWITCHING = "switching controllers"
 """Name of a switch in messages."""
-_UPLOADS = 2
-"""Number of uploads that are kept."""
 _POINTS_MAX = 100_000
 """Largest number of points of a trajectory."""
 
@@ -78,7 +76,7 @@ class ClientControllers:
     """Carries out requests that concern the controllers of clients.
 
     Args:
-        arm: The arm.
+        runner: Runs the operations of the arm.
         admission: Of the owner.
 
     Attributes:
@@ -86,12 +84,12 @@ class ClientControllers:
         handlers: The functions that handle the commands.
     """
 
-    def __init__(self, arm: Arm, admission: Admission) -> None:
-        self._arm, self._admission = arm, admission
+    def __init__(self, runner: Runner, admission: Admission) -> None:
+        self._runner, self._arm, self._admission = runner, runner.arm, admission
         self._run: RunControllers | None = None
         # One call at a time changes controllers or hardware, as in ros2_control.
         self._changing, self._jaws = threading.Lock(), threading.Lock()
-        self._uploads = _PointUploads()
+        self._uploads = Uploads[tuple[Point, ...]](_POINTS_MAX, len)
         self._loaders = Loaders(admission.announce)
         self.goals = ControllerGoals()
         self.handlers: Mapping[type[m.Command], Handler] = {
@@ -101,7 +99,9 @@ class ClientControllers:
             m.UnloadController: self._unload,
             m.SwitchControllers: self._switch,
             m.SetHardwareState: self._set_hardware_state,
-            m.AddGoalPoints: lambda _, command, __: self._uploads.add(command),
+            m.AddGoalPoints: lambda _, command, __: self._uploads.add(
+                command.upload, command.points
+            ),
             m.FollowGoal: self._follow,
             m.StreamTrajectory: self._stream,
             m.SendGripperGoal: self._move_gripper,
@@ -210,7 +210,7 @@ class ClientControllers:
         if not self._need_operation(command):
             return self._between(_SWITCHING, partial(self._switch_idle, request)), None
         run = self._run = RunControllers(*request)
-        self._arm.begin(run, check)
+        self._runner.begin(run, check)
         try:
             return run.switched.result(_PATIENCE), run
         except TimeoutError:
@@ -257,13 +257,13 @@ class ClientControllers:
             raise SwitchError(f"there is no hardware component {command.component!r}; {hint}")
         state = states[command.state]
         check = self._admission.check("setting a hardware state", client, epoch)
-        used = ARM if command.component == stack.arm.name else GRIPPER
+        used = ARM if command.component == stack.hardware.name else GRIPPER
 
         def work() -> LifecycleState:
             run = self._run
             claim = run is None or run.done
             operation = ChangeHardwareState(command.component, state, used, claim=claim)
-            self._arm.begin(operation, check)
+            self._runner.begin(operation, check)
             return operation.result(_PATIENCE)
 
         return Later(
@@ -274,7 +274,7 @@ class ClientControllers:
 
     def _follow(self, _: Client, command: m.FollowGoal, __: int) -> Later:
         name = command.controller
-        trajectory = self._uploads.completed(command.upload, command.goal.trajectory)
+        trajectory = self._completed(command.upload, command.goal.trajectory)
         goal = replace(command.goal, trajectory=trajectory, collision_checked=False)
 
         def work() -> int:
@@ -291,7 +291,7 @@ class ClientControllers:
                 if not planned:
                     handle = controller.send_goal(prepared, arm.session.clock.now())
                     return self.goals.add(name, handle), None
-                run.following = PlannedGoal(arm, controller, prepared)
+                run.following = PlannedGoal(self._runner, controller, prepared)
                 return self.goals.add(name, run.following.handle), run.following
 
             number, following = self._between(f"a goal for {name}", send)
@@ -302,9 +302,13 @@ class ClientControllers:
 
         return Later(work, m.ControllerGoal)
 
+    def _completed(self, upload: int, last: JointTrajectory) -> JointTrajectory:
+        """Return a trajectory with the points of an upload before its own."""
+        return replace(last, points=(*chain(*self._uploads.completed(upload, last.points)),))
+
     def _stream(self, _: Client, command: m.StreamTrajectory, __: int) -> Later:
         name = command.controller
-        trajectory = self._uploads.completed(command.upload, command.trajectory)
+        trajectory = self._completed(command.upload, command.trajectory)
 
         def work() -> None:
             controller = self._get(name, JointTrajectoryController)
@@ -327,7 +331,7 @@ class ClientControllers:
             with self._jaws:
                 run = self._require_running(name)
                 controller = self._get(name, GripperActionController)
-                handle = send_gripper_goal(self._arm, run, controller, command.goal)
+                handle = send_gripper_goal(self._runner, run, controller, command.goal)
                 return self._between(f"a goal for {name}", lambda: self.goals.add(name, handle))
 
         return Later(work, m.ControllerGoal)
@@ -419,7 +423,7 @@ class ClientControllers:
 
     def _between(self, name: str, work: Callable[[], T]) -> T:
         """Call a function between two cycles, in their thread; return its result."""
-        return between_cycles(self._arm, name, work)
+        return self._runner.between_cycles(name, work)
 
     def _alone(self, work: Callable[[], T]) -> Callable[[], T]:
         """Return a function that waits for the end of other changes first."""
@@ -467,44 +471,6 @@ class ClientControllers:
 
 class _EndedError(Exception):
     """The operation of the controllers has ended before the request."""
-
-
-class _PointUploads:
-    """Points of trajectories that came in parts."""
-
-    def __init__(self) -> None:
-        self._kept: OrderedDict[int, tuple[Point, ...]] = OrderedDict()
-        self._last = 0
-
-    def add(self, command: m.AddGoalPoints) -> m.PointsAdded:
-        """Begin or continue an upload."""
-        number = command.upload
-        points = (*(self._get(number) if number else ()), *command.points)
-        if len(points) > _POINTS_MAX:
-            raise InvalidArgumentError(
-                f"a trajectory has at most {_POINTS_MAX} points, and this one {len(points)}; "
-                "divide it"
-            )
-        if not number:
-            self._last = number = self._last + 1
-        self._kept[number] = points
-        while len(self._kept) > _UPLOADS:
-            self._kept.popitem(last=False)
-        return m.PointsAdded(number, len(points))
-
-    def completed(self, upload: int, last: JointTrajectory) -> JointTrajectory:
-        """Return a trajectory with the points of an upload before its own."""
-        if not upload:
-            return last
-        return replace(last, points=(*self._get(upload), *last.points))
-
-    def _get(self, number: int) -> tuple[Point, ...]:
-        if number not in self._kept:
-            raise InvalidArgumentError(
-                f"there is no upload {number}, or it was dropped for newer ones; upload the points "
-                "again"
-            )
-        return self._kept[number]
 
 
 def _done(_: object) -> m.Done:

@@ -22,7 +22,7 @@ from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.kept_files import KeptFile
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
-from bioscara.server.tasks.uploads import Uploads
+from bioscara.server.tasks.uploads import TrajectoryUploads
 
 T = TypeVar("T")
 
@@ -46,7 +46,7 @@ class OwnerTasks:
         self,
         arm: Arm,
         plans: Mapping[int, Plan],
-        uploads: Uploads,
+        uploads: TrajectoryUploads,
         revision: Callable[[], int],
         table: KeptFile[TeachTable],
         scene: KeptFile[Scene],
@@ -67,7 +67,7 @@ class OwnerTasks:
         """
         match task:
             case m.Follow():
-                trajectory = self._uploads.completed(task.upload, task.trajectory)
+                trajectory = self._uploads.trajectory(task.upload, task.trajectory)
                 return FollowTrajectory(
                     "execute()" if task.planned else "follow()",
                     lambda planner: checked(trajectory, planner, planned=task.planned),

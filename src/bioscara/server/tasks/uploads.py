@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -14,44 +16,82 @@ from bioscara.planning import Trajectory
 
 KEPT = 2
 """Number of uploads that are kept."""
-POINTS_MAX = 500_000
-"""Largest number of points of a trajectory: 80 minutes at 100 Hz."""
+
+P = TypeVar("P")
 
 
-class Uploads:
-    """The latest uploads, by number. All methods may be called in any thread."""
+class Uploads(Generic[P]):
+    """The latest uploads, by number. All methods may be called in any thread.
 
-    def __init__(self) -> None:
-        self._parts: OrderedDict[int, list[Trajectory]] = OrderedDict()
+    Args:
+        most: Largest number of points of a trajectory.
+        size: Returns the number of points of a part.
+        check: Raises unless a part fits the first one of its upload.
+    """
+
+    def __init__(
+        self, most: int, size: Callable[[P], int], check: Callable[[P, P], None] | None = None
+    ) -> None:
+        self._most, self._size, self._check = most, size, check
+        self._parts: OrderedDict[int, tuple[P, ...]] = OrderedDict()
         self._last = 0
         self._lock = threading.Lock()
 
-    def add(self, command: m.AddPoints) -> m.PointsAdded:
+    def add(self, upload: int, part: P) -> m.PointsAdded:
         """Begin or continue an upload.
 
+        Args:
+            upload: Its number; 0 begins one.
+            part: The next points.
+
         Raises:
-            TrajectoryError: The points are no trajectory.
-            InvalidArgumentError: There is no such upload, it has other columns, or too many points.
+            InvalidArgumentError: There is no such upload, the part does not fit the first one, or
+                there are too many points.
         """
-        part = trajectory_of(command.points)
         with self._lock:
-            number, parts = command.upload, [part]
-            if number:
-                parts = [*self._get(number), part]
-                _require_same_columns(parts[0], part)
-            count = sum(len(each.times) for each in parts)
-            if count > POINTS_MAX:
+            parts = self._with(upload, part)
+            count = sum(map(self._size, parts))
+            if count > self._most:
                 raise InvalidArgumentError(
-                    f"a trajectory has at most {POINTS_MAX} points, and this one {count}; divide it"
+                    f"a trajectory has at most {self._most} points, and this one {count}; divide it"
                 )
-            if not number:
-                self._last = number = self._last + 1
-            self._parts[number] = parts
+            if not upload:
+                self._last = upload = self._last + 1
+            self._parts[upload] = parts
             while len(self._parts) > KEPT:
                 self._parts.popitem(last=False)
-            return m.PointsAdded(number, count)
+            return m.PointsAdded(upload, count)
 
-    def completed(self, upload: int, last: m.TrajectoryValue) -> Trajectory:
+    def completed(self, upload: int, last: P) -> tuple[P, ...]:
+        """Return the parts of an upload, and the one after them; arguments as :meth:`add`.
+
+        Raises:
+            InvalidArgumentError: There is no such upload, or the part does not fit the first one.
+        """
+        with self._lock:
+            return self._with(upload, last)
+
+    def _with(self, upload: int, part: P) -> tuple[P, ...]:
+        if not upload:
+            return (part,)
+        if upload not in self._parts:
+            raise InvalidArgumentError(
+                f"there is no upload {upload}, or it was dropped for newer ones; upload the points "
+                "again"
+            )
+        parts = self._parts[upload]
+        if self._check is not None:
+            self._check(parts[0], part)
+        return (*parts, part)
+
+
+class TrajectoryUploads(Uploads[Trajectory]):
+    """Uploads of trajectories: 80 minutes at 100 Hz, and no longer."""
+
+    def __init__(self) -> None:
+        super().__init__(500_000, lambda part: len(part.times), _require_same_columns)
+
+    def trajectory(self, upload: int, last: m.TrajectoryValue) -> Trajectory:
         """Return the trajectory of an upload and the points after it.
 
         Args:
@@ -60,31 +100,18 @@ class Uploads:
 
         Raises:
             TrajectoryError: The points are no trajectory.
-            InvalidArgumentError: There is no such upload, or it has other columns.
+            InvalidArgumentError: As :meth:`completed`.
         """
-        part = trajectory_of(last)
-        if not upload:
-            return part
-        with self._lock:
-            parts = [*self._get(upload), part]
-        _require_same_columns(parts[0], part)
+        parts = self.completed(upload, trajectory_of(last))
         velocities = [each.velocities for each in parts if each.velocities is not None]
         accelerations = [each.accelerations for each in parts if each.accelerations is not None]
         return Trajectory(
-            part.joint_names,
+            parts[0].joint_names,
             np.concatenate([each.times for each in parts]),
             np.concatenate([each.positions for each in parts]),
             np.concatenate(velocities) if velocities else None,
             np.concatenate(accelerations) if accelerations else None,
         )
-
-    def _get(self, number: int) -> list[Trajectory]:
-        if number not in self._parts:
-            raise InvalidArgumentError(
-                f"there is no upload {number}, or it was dropped for newer ones; upload the points "
-                "again"
-            )
-        return self._parts[number]
 
 
 def _require_same_columns(first: Trajectory, part: Trajectory) -> None:

@@ -24,11 +24,7 @@ _TOKEN = re.compile(r"[0-9a-f]{32,128}")
 
 
 class Tokens:
-    """A token for each scope, or for some.
-
-    Args:
-        tokens: The tokens.
-    """
+    """A token for each scope, or for some."""
 
     def __init__(self, tokens: Mapping[Scope, str]) -> None:
         self._tokens = dict(tokens)

@@ -21,7 +21,7 @@ from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, write_csv
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
-from bioscara.report.samples import header, row
+from bioscara.report.sample_file import header, row
 from bioscara.web.access.tokens import default_path
 from served import NAME, arm_served
 

@@ -58,10 +58,6 @@ class Range(NamedTuple):
 def check_form(trajectory: JointTrajectory, parameters: JointTrajectoryParameters) -> None:
     """Make the checks that do not depend on the state of the arm.
 
-    Args:
-        trajectory: The sent trajectory.
-        parameters: The controller's.
-
     Raises:
         GoalRejectedError: It cannot be followed; the message gives the point, the joint, the value
             and the remedy.

@@ -14,11 +14,9 @@ from bioscara.hardware import POSITION, VELOCITY
 from bioscara.model.validation import (
     KNOWN_AS,
     Checked,
-    Flag,
-    Listed,
     NotNegative,
     Positive,
-    Text,
+    parsed,
 )
 
 Kind = Literal["position", "velocity"]
@@ -68,9 +66,9 @@ class Constraints(Checked):
     stopped_velocity_tolerance: NotNegative = 0.01
     stopped_time: NotNegative = 0.1
     goal_time: NotNegative = 0.0
-    decelerate_on_cancel: Flag = False
+    decelerate_on_cancel: bool = False
     least_time_on_cancel: NotNegative = 0.0
-    joints: dict[Text, JointConstraints] = field(
+    joints: dict[str, JointConstraints] = field(
         default_factory=dict, metadata={KNOWN_AS: "a group for each joint"}
     )
 
@@ -83,7 +81,7 @@ class Constraints(Checked):
             if isinstance(name, str) and isinstance(group, Mapping | JointConstraints)
         }
         others = {name: value for name, value in values.items() if name not in joints}
-        return others | {"joints": JointConstraints.parsed_by_name(joints)}
+        return others | {"joints": parsed(dict[str, JointConstraints], joints)}
 
     def of(self, joint: str) -> JointConstraints:
         """Return the constraints of one joint, by default none."""
@@ -112,7 +110,7 @@ class PositionsUpsampling(Checked):
         policy_frequency: Of points without times [Hz]; 0 refuses them.
     """
 
-    enable: Flag = False
+    enable: bool = False
     policy_frequency: NotNegative = 0.0
 
 
@@ -142,21 +140,21 @@ class JointTrajectoryParameters(Parameters):
         constraints: Failure conditions of goals.
     """
 
-    joints: Listed[Text]
-    command_interfaces: Listed[Kind] = ("position",)
-    state_interfaces: Listed[Kind] = ("position", "velocity")
+    joints: tuple[str, ...]
+    command_interfaces: tuple[Kind, ...] = ("position",)
+    state_interfaces: tuple[Kind, ...] = ("position", "velocity")
     action_monitor_rate: Positive = 20.0
-    allow_partial_joints_goal: Flag = False
-    allow_nonzero_velocity_at_trajectory_end: Flag = False
-    allow_integration_in_goal_trajectories: Flag = False
-    allow_trajectory_replacement: Flag = True
+    allow_partial_joints_goal: bool = False
+    allow_nonzero_velocity_at_trajectory_end: bool = False
+    allow_integration_in_goal_trajectories: bool = False
+    allow_trajectory_replacement: bool = True
     interpolation_method: Literal["splines", "none"] = "splines"
-    interpolate_from_desired_state: Flag = False
-    set_last_command_interface_value_as_state_on_activation: Flag = True
+    interpolate_from_desired_state: bool = False
+    set_last_command_interface_value_as_state_on_activation: bool = True
     cmd_timeout: NotNegative = 0.0
     speed_scaling: SpeedScaling = field(default_factory=SpeedScaling)
     positions_upsampling: PositionsUpsampling = field(default_factory=PositionsUpsampling)
-    gains: dict[Text, Gains] = field(default_factory=dict)
+    gains: dict[str, Gains] = field(default_factory=dict)
     constraints: Constraints = field(default_factory=Constraints)
 
     @property
