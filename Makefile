@@ -6,6 +6,7 @@
 #   make test-all        all tests: these, all with ROS 2, which it installs, all of the page in a browser,
 #                        and firmware-check
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
+#   make format          the form that lint checks, of Python and of the page's JavaScript
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
 #   make firmware-check  the joint firmware: host tests under sanitizers, the images on an emulated board
@@ -36,7 +37,7 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test test-all page-tests check lint types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
+.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -94,17 +95,28 @@ page-tests:
 
 check: lint types layers fresh
 
-lint: $(VENV)/.dev
+# The page, its tests and its tools: the form by dprint, suspicious code by biome.
+OF_PAGE := tools/dashboard/node_modules/.bin
+SCRIPTS := -c tools/dashboard/dprint.json 'src/bioscara/dashboard/page/js/**/*.js' 'tests/page/*.mjs' 'tools/dashboard/*.*js'
+
+lint: $(VENV)/.dev tools/dashboard/node_modules/.installed
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
+	@$(OF_PAGE)/dprint check $(SCRIPTS)
+	@$(OF_PAGE)/biome lint --config-path=tools/dashboard/biome.json --error-on-warnings \
+	    src/bioscara/dashboard/page/js tests/page tools/dashboard/bundle.mjs
 	@$(BIN)/python tools/prose.py
+
+format: $(VENV)/.dev tools/dashboard/node_modules/.installed
+	@$(BIN)/ruff format .
+	@$(OF_PAGE)/dprint fmt $(SCRIPTS)
 
 types: $(VENV)/.dev tools/dashboard/node_modules/.installed
 	@$(BIN)/mypy
-	@tools/dashboard/node_modules/.bin/tsc -p tools/dashboard
+	@$(OF_PAGE)/tsc -p tools/dashboard
 
 tools/dashboard/node_modules/.installed: tools/dashboard/package.json tools/dashboard/package-lock.json
-	@command -v npm >/dev/null || { echo "no npm, which the types of the dashboard need: on Debian and Ubuntu, apt install npm" >&2; exit 1; }
+	@command -v npm >/dev/null || { echo "no npm, which the checks of the dashboard need: on Debian and Ubuntu, apt install npm" >&2; exit 1; }
 	@cd tools/dashboard && npm ci --ignore-scripts --no-audit --no-fund --silent
 	@touch $@
 

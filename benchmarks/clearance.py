@@ -114,7 +114,7 @@ def rows() -> list[Row]:
     workspace = Workspace.of(load_parameters())
     stack, clock = homed_stack(100, lambda arm: arm.clock, workspace)
     stack.tool_speed.limit = REDUCED_SPEED
-    names, zero = tuple(axis.name for axis in stack.arm.axes), (0.0,) * 4
+    names, zero = tuple(axis.name for axis in stack.hardware.axes), (0.0,) * 4
     goal = Goal(JointTrajectory(names, (Point(8.0, _START, zero, zero),)), collision_checked=True)
     stack.trajectory.send_goal(goal, clock.now())
     for _ in range(1500):

@@ -113,7 +113,7 @@ def homed_stack(
 def _swing(stack: Stack, clock: Clock, seconds: float) -> None:
     """Let all joints swing to and fro for a while."""
     stack.loop.restart()
-    here = tuple(axis.position.value for axis in stack.arm.axes)
+    here = tuple(axis.position.value for axis in stack.hardware.axes)
     points = [Point(3.0, _START)]
     signs = itertools.cycle((1.0, 0.0))
     zero = (0.0,) * len(here)
@@ -122,7 +122,7 @@ def _swing(stack: Stack, clock: Clock, seconds: float) -> None:
         place = tuple(a - sign * b for a, b in zip(_START, _SWING, strict=True))
         points.append(Point(points[-1].time + 3.0, place, zero))
     points[0] = Point(3.0, _START, zero)
-    trajectory = JointTrajectory(tuple(axis.name for axis in stack.arm.axes), tuple(points))
+    trajectory = JointTrajectory(tuple(axis.name for axis in stack.hardware.axes), tuple(points))
     stack.trajectory.send_goal(Goal(trajectory, collision_checked=True), clock.now())
 
 
@@ -308,7 +308,7 @@ def _punctual() -> tuple[_Punctuality, _Punctuality]:
                 return clock.now() >= end
 
             # The public calls run the loop only while something moves.
-            robot._arm.run(ended)  # noqa: SLF001
+            robot.runner.arm.run(ended)
             if bare.wait():
                 raise RuntimeError(f"the bare loop ended with {bare.returncode}")
             output.seek(0)

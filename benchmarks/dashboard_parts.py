@@ -21,14 +21,14 @@ def main(name: str) -> None:
         robot.home()
         robot.move_joints(START)
         with serving(robot, ServeSettings(name, "sim")) as made:
-            arm = made.robot.arm
+            runner = made.robot.runner
 
             def note(_: CycleReport) -> None:
                 sample = made.owner.sample
                 cycles.append((time.time(), sample.cycle, sample.commands[0]))
 
             # After the owner's own observer, which has just made the sample.
-            arm.observers = (*arm.observers, note)
+            runner.observers = (*runner.observers, note)
             print("ready", flush=True)
             sys.stdin.readline()
             print(json.dumps(cycles), flush=True)

@@ -1,4 +1,4 @@
-"""Least work for a task, in plain Python or compiled: what the computer needs for it at all."""
+"""Least work for a task, in plain Python or compiled: the lower bound of this computer."""
 
 from __future__ import annotations
 

@@ -20,21 +20,21 @@ POSES = 10_000
 ALL_AT_ONCE = 1_000_000
 
 
-def _joints(arm: Scara, count: int) -> np.ndarray:
+def _joints(kinematics: Scara, count: int) -> np.ndarray:
     """Return random joints within the limits; elbow not within 6 degrees of stretched."""
     rng = np.random.default_rng(0)
-    lower = [limit.lower for limit in arm.limits]
-    upper = [limit.upper for limit in arm.limits]
+    lower = [limit.lower for limit in kinematics.limits]
+    upper = [limit.upper for limit in kinematics.limits]
     joints = rng.uniform(lower, upper, (count, 4))
     joints[:, 2] = rng.choice((-1.0, 1.0), count) * rng.uniform(0.1, upper[2], count)
     return joints
 
 
-def _round_trip(arm: Scara, joints: np.ndarray) -> float:
+def _round_trip(kinematics: Scara, joints: np.ndarray) -> float:
     """Return the largest error of a pose [m, rad] or of joints [rad, m], there and back."""
-    poses = batch.forward(arm, joints)
-    ways = batch.inverse(arm, poses)
-    there = batch.forward(arm, ways) - poses[:, None, :]
+    poses = batch.forward(kinematics, joints)
+    ways = batch.inverse(kinematics, poses)
+    there = batch.forward(kinematics, ways) - poses[:, None, :]
     there[..., 3] -= 2.0 * math.pi * np.round(there[..., 3] / (2.0 * math.pi))
     back = ways - joints[:, None, :]
     turning = (0, 2, 3)
@@ -42,10 +42,10 @@ def _round_trip(arm: Scara, joints: np.ndarray) -> float:
     return float(max(np.abs(there).max(), np.abs(back).max(axis=-1).min(axis=-1).max()))
 
 
-def _single(arm: Scara, poses: np.ndarray) -> Callable[[], object]:
+def _single(kinematics: Scara, poses: np.ndarray) -> Callable[[], object]:
     """Return a function that solves one pose after the other."""
     each = itertools.cycle([Pose(*row) for row in poses[:1000].tolist()])
-    return lambda: arm.inverse(next(each))
+    return lambda: kinematics.inverse(next(each))
 
 
 def _trigonometry() -> Callable[[], object]:
@@ -59,7 +59,7 @@ def _trigonometry() -> Callable[[], object]:
 
 
 def _pinocchio(
-    arm: Scara, joints: np.ndarray, single: Callable[[], object]
+    kinematics: Scara, joints: np.ndarray, single: Callable[[], object]
 ) -> tuple[float, float, float]:
     """Return the times of a numeric solution to 1e-9 and of ours [s], and the share that it found.
 
@@ -70,7 +70,7 @@ def _pinocchio(
     import pinocchio  # noqa: PLC0415
 
     full = pinocchio.buildModelFromUrdf(str(URDF))
-    names = [limit.name for limit in arm.limits]
+    names = [limit.name for limit in kinematics.limits]
     others = [full.getJointId(name) for name in list(full.names)[1:] if name not in names]
     model = pinocchio.buildReducedModel(full, others, pinocchio.neutral(full))
     data, last = model.createData(), model.getJointId(names[-1])

@@ -85,7 +85,7 @@ def _used(pid: int) -> float:
 
 
 def _load(folder: Path) -> list[Row]:
-    """Measure a recorder beside an arm that moves all the time."""
+    """Measure a recorder of an arm that moves all the time."""
     process, path = _recorder(folder)
     # The description and the definitions come once in a file.
     once = path.stat().st_size
@@ -232,7 +232,7 @@ def _decoders() -> dict[Topic, Callable[[bytes], Any]]:
 
 
 def rows() -> list[Row]:
-    """Measure a recorder beside a moving arm, killed ones, and the export."""
+    """Measure a recorder of a moving arm, killed ones, and the export."""
     before = os.environ.get(VARIABLE)
     with tempfile.TemporaryDirectory(prefix="b") as name:
         folder = Path(name)

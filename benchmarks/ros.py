@@ -45,7 +45,7 @@ the time for which memory is observed after that [s]."""
 
 
 class Heard(NamedTuple):
-    """What a subscriber has heard.
+    """The messages that a subscriber has received.
 
     Attributes:
         jitter: Deviation of each interval between two messages [s].

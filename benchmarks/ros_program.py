@@ -67,7 +67,7 @@ class Client:
 
         Returns:
             A stamp and the time of the callback for each of ``count`` messages, and the share of a
-            core that a process uses meanwhile.
+            core that a process uses in this time.
         """
         heard: list[tuple[float, float]] = []
         used: list[tuple[float, float]] = []
@@ -171,7 +171,7 @@ def _memory(process: int) -> int:
 
 
 def main(what: str) -> None:
-    """Do what the lines say."""
+    """Carry out the lines."""
     rclpy.init()
     node = Node(f"benchmark_{what}")
     program: Any = {"publisher": Publisher, "client": Client}[what](node)

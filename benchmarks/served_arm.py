@@ -34,8 +34,8 @@ class Cycles:
     def __init__(self, robot: Robot, owner: Owner) -> None:
         self.rows: list[tuple[float, float, float, float]] = []
         self._owner, self._end = owner, math.nan
-        self._guard = robot.arm.stack.manager.limiter.joints["j1"]
-        robot.arm.observers = (self._begin, *robot.arm.observers, self._append)
+        self._guard = robot.runner.arm.stack.manager.limiter.joints["j1"]
+        robot.runner.observers = (self._begin, *robot.runner.observers, self._append)
 
     def _begin(self, _: CycleReport) -> None:
         self._end = time.monotonic()
@@ -60,7 +60,7 @@ def main(name: str, topic: str, speed: str) -> None:
         settings = ServeSettings(name, "sim", real_time_factor=float(speed))
         served = stack.enter_context(serving(robot, settings))
         cycles = Cycles(robot, served.owner)
-        print(json.dumps({"rate": robot.arm.stack.loop.rate}), flush=True)
+        print(json.dumps({"rate": robot.runner.arm.stack.loop.rate}), flush=True)
         for line in sys.stdin:
             word = line.strip()
             if word == "mark":

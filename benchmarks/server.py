@@ -166,7 +166,7 @@ def _latencies(arm: Arm, name: str, folder: str, topic: str) -> list[Row]:
 
 
 def _reading(client: Client) -> None:
-    """Read what comes, until the connection ends."""
+    """Read until the connection ends."""
     try:
         while client.socket.recv(1 << 16):
             pass

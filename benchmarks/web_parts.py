@@ -19,13 +19,13 @@ def served(name: str) -> None:
     """Serve a simulated arm until a line arrives; then write the time of each cycle's end."""
     stamps: dict[int, float] = {}
     with serving(Robot.simulated(), ServeSettings(name, "sim")) as made:
-        arm = made.robot.arm
+        runner = made.robot.runner
 
         def stamp(_: CycleReport) -> None:
             stamps[made.owner.sample.cycle] = time.monotonic()
 
         # After the owner's own observer, which has just made the sample.
-        arm.observers = (*arm.observers, stamp)
+        runner.observers = (*runner.observers, stamp)
         print("ready", flush=True)
         sys.stdin.readline()
         print(json.dumps(stamps), flush=True)

@@ -56,7 +56,7 @@ with robot:
     robot.gripper.move(PLATE.width + 0.012)
     for moved in range(PLATES):
         left = PLATES - moved - 1
-        # The plate on its way is in neither stack.
+        # A plate in transit is in neither stack.
         robot.scene = Scene((stack("left", left), stack("right", moved)), table_height=0.0)
         start, goal = place("left", left), place("right", moved)
         robot.move_to(start._replace(z=ABOVE))

@@ -36,7 +36,7 @@ PACKAGES = (  # the longest build first
     "tf2_msgs",
 )
 COMPILE = ("-fPIC", "-O1", "-g0", "-w", "-DNDEBUG", "-DROS_PACKAGE_NAME=bioscara")
-# Found beside the library itself, then in the environment's lib folder, from where the wheel puts
+# Found in the library's folder, then in the environment's lib folder, from where the wheel puts
 # it. The old kind of path, searched before LD_LIBRARY_PATH: no library of another ROS is taken.
 RPATH = "-Wl,--disable-new-dtags,-rpath,$ORIGIN:$ORIGIN/../../../.."
 WHOLE = "-Wl,-z,defs"  # refuse a library that needs what no other one has
@@ -349,7 +349,7 @@ def _compile(package: str, work: Path, target: Path, sources: dict[str, list[Pat
 
 
 def main() -> None:
-    """Build what the command line names."""
+    """Build the packages that the command line names."""
     out = Path(sys.argv[1]).resolve()
     try:
         if len(sys.argv) > 2:

@@ -48,6 +48,6 @@ class InterfacesHook(BuildHookInterface[Any]):
         build_data["infer_tag"] = True
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
-        """Remove what was built, now that the wheel has it."""
+        """Remove the built files, now that the wheel has it."""
         if self.target_name == "wheel":
             self._out.cleanup()

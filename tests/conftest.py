@@ -48,7 +48,7 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 os.environ["BIOSCARA_RUNTIME"] = tempfile.mkdtemp(prefix="b")
 atexit.register(shutil.rmtree, os.environ["BIOSCARA_RUNTIME"], ignore_errors=True)
 os.environ.pop("BIOSCARA_ARM", None)
-# Nor may they restore what an arm of this user carries.
+# Nor may they restore the load of an arm of this user.
 os.environ["XDG_STATE_HOME"] = f"{os.environ['BIOSCARA_RUNTIME']}/state"
 
 

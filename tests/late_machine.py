@@ -75,7 +75,7 @@ class LatenessMonitor:
 
 @contextmanager
 def running(*, alone: bool) -> Iterator[None]:
-    """Run a test beside those of other processes, or once theirs have ended.
+    """Run a test together with those of other processes, or once theirs have ended.
 
     The lock of this file is shared by the tests that run. That of its folder is a turnstile: while
     one waits to run alone, no other begins.

@@ -72,7 +72,7 @@ MUTANTS = read(Path(__file__).with_suffix(".txt").read_text())
 
 @contextmanager
 def _copy() -> Iterator[Path]:
-    """Copy what the repository has to a folder that is removed afterwards."""
+    """Copy the repository to a folder that is removed afterwards."""
     listed = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"],
         cwd=ROOT,
@@ -91,7 +91,7 @@ def _copy() -> Iterator[Path]:
 
 
 def _build(tree: Path) -> None:
-    """Build the firmware for the simulated arm, into ``native`` beside the tests."""
+    """Build the firmware for the simulated arm, into ``native`` next to the tests."""
     subprocess.run(
         [
             *(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--upgrade"),

@@ -18,7 +18,7 @@ from pathlib import Path
 from warm_python import Forked, can_fork
 
 LIMIT = 40.0
-"""Time after which what is waited for counts as never met [s]; programs sleep for longer."""
+"""Time after which a condition counts as never met [s]; programs sleep for longer."""
 _ROOT = Path(__file__).parents[1]
 _REAPER = """
 import os, signal, sys

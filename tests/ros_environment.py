@@ -76,7 +76,7 @@ def absent(what: str) -> NoReturn:
     """Skip a test for a missing part of this computer; fail where it must have that, as in CI.
 
     Args:
-        what: What is not tested, and how to have it; the run ends with each of these sentences.
+        what: The untested part, and how to have it; the run ends with each of these sentences.
     """
     if os.environ.get("CI") and platform.machine() == "x86_64":
         pytest.fail(f"not to be skipped in CI: {what}")

@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +21,7 @@ import pytest
 import bioscara.sim
 from bioscara import Robot
 from bioscara.bus import Bus, FaultyBus, Transaction
+from bioscara.clock import SimulatedClock
 from bioscara.drivers import Joint
 from bioscara.errors import BusTimeoutError, CommunicationError
 from bioscara.model import ArmParameters, JointParameters, load_parameters
@@ -116,25 +119,51 @@ def simulated_bus(
             otherwise.
         at: Where it left homed joints [rad or m]; None for near their end stops.
     """
-    arm = SimulatedArm(
+    options = seed, v1 if isinstance(v1, bool) else frozenset(v1), controllers_fed, frequency
+    where = tuple({**NEAR, **(positions or {})}.items())
+    arm = _copy(_homed(*options, where, tuple(at or ()))) if homed else _arm(*options, where)
+    return SimulatedBus(arm, FaultyBus(FirmwareBus(arm), seed=seed, clock=arm.clock))
+
+
+def _arm(
+    seed: int,
+    v1: bool | frozenset[str],
+    controllers_fed: bool,
+    frequency: float | None,
+    where: tuple[tuple[str, float], ...],
+) -> SimulatedArm:
+    return SimulatedArm(
         seed=seed,
         v1=v1,
         controllers_fed=controllers_fed,
-        positions={**NEAR, **(positions or {})},
+        positions=dict(where),
         frequency=frequency,
     )
-    bus = FirmwareBus(arm)
-    if homed:
-        joints = [Joint(bus, arm.clock, parameters) for parameters in ARM.joints]
-        for joint in joints:
-            joint.init()
-        home_together(joints)
-        for joint, goal in zip(joints, at or (), strict=False):
-            microstep = joint.feedback.transmission.microsteps_to_displacement(1)
-            joint.move_steps(round((goal - joint.get_position()) / microstep))
-        for joint in joints:
-            joint.disable()
-    return SimulatedBus(arm, FaultyBus(bus, seed=seed, clock=arm.clock))
+
+
+@cache
+def _homed(*made: Any) -> SimulatedArm:
+    """Return an arm that is copied and never used: homing takes as long as many tests."""
+    *options, at = made
+    arm = _arm(*options)
+    joints = [Joint(FirmwareBus(arm), arm.clock, parameters) for parameters in ARM.joints]
+    for joint in joints:
+        joint.init()
+    home_together(joints)
+    for joint, goal in zip(joints, at, strict=False):
+        microstep = joint.feedback.transmission.microsteps_to_displacement(1)
+        joint.move_steps(round((goal - joint.get_position()) / microstep))
+    for joint in joints:
+        joint.disable()
+    return arm
+
+
+def _copy(arm: SimulatedArm) -> SimulatedArm:
+    """Return another arm in the same state."""
+    made = copy(arm)
+    made._arm = type(arm._arm)(arm._arm)
+    made.clock = SimulatedClock(made._arm.now, made.run)
+    return made
 
 
 def simulated_robot(

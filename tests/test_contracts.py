@@ -50,7 +50,7 @@ BREACHES = (
         ),
     },
 )
-"""Contracts, each with a module and an import that breaks it, but none of those beside it."""
+"""Contracts, each with a module and an import that breaks it, but none of the others."""
 
 
 def test_each_contract_is_broken_once_below() -> None:

@@ -9,6 +9,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+from bioscara.cli.commands import COMMANDS
+
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src/bioscara"
 MODULES = sorted(SOURCES.rglob("*.py"))
@@ -17,6 +19,8 @@ BASES = (SOURCES, ROOT)
 
 NAMED_AFTER = ("cli/commands/", "web/routes/", "ros/controllers/", "robot/tasks/")
 """Folders whose modules have the name of a command, a route, a type of controller, or a device."""
+
+_ENDS = ("", ".py")
 
 
 def _place(path: Path) -> str:
@@ -85,6 +89,18 @@ def test_each_package_says_where_to_begin() -> None:
         if len((ast.get_docstring(ast.parse(path.read_text())) or "").split()) < 12
     ]
     assert short == []
+
+
+def test_the_docstring_of_a_package_names_modules_that_exist() -> None:
+    missing = []
+    for path in MODULES:
+        folder = path.parent
+        text = (path.name == "__init__.py" and ast.get_docstring(ast.parse(path.read_text()))) or ""
+        places = {SOURCES, ROOT / "ros", folder, folder.parent}
+        for name in set(re.findall(r"``([a-z_]+)``", text)) - COMMANDS.keys():
+            if not any(place.joinpath(name + end).exists() for place in places for end in _ENDS):
+                missing.append(f"{_place(path)}: {name}")
+    assert missing == []
 
 
 def test_the_map_names_files_that_exist() -> None:

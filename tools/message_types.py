@@ -21,7 +21,7 @@ _HEAD = (
 )
 _UNIONS = ("FromClient", "AnyCommand", "AnyTask", "Motion", "FromOwner", "AnyResult")
 _INPUTS = ("FromClient", "AnyCommand")
-"""Unions of what a client sends: there a field with a default may be left out."""
+"""Unions of messages of a client: there a field with a default may be left out."""
 
 
 def content() -> str:
@@ -38,7 +38,7 @@ def content() -> str:
 
 
 def _reached(roots: Any, definitions: dict[str, Any]) -> set[str]:
-    """Return the names that what a client sends is made of."""
+    """Return the names of the types in a client's messages."""
     found: set[str] = set()
     waiting = [root for union, root in zip(_UNIONS, roots, strict=True) if union in _INPUTS]
     while waiting:

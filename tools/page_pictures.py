@@ -257,7 +257,7 @@ class Camera:
         return [str(tab.get_attribute("id")).removeprefix("tab-") for tab in every]
 
     def take(self, tab: str, state: str) -> None:
-        """Make a picture of what the window shows.
+        """Make a picture of the window.
 
         Args:
             tab: The tab to open; empty to open none.
@@ -273,7 +273,7 @@ class Camera:
         self.page.evaluate(f"document.getElementById('tab-{tab}').click()")
 
     def keep(self, name: str) -> None:
-        """Make a picture of what the window shows, wherever it is scrolled to."""
+        """Make a picture of the window, wherever it is scrolled to."""
         self.page.wait_for_timeout(SETTLED)
         name = f"{name}-{self._end}"
         self.page.screenshot(path=self._folder / f"{name}.png", animations="disabled")

@@ -83,6 +83,8 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
     place = page.file.src_uri
     sources = {place: source for source, place in ELSEWHERE.items() if source != DECISIONS}
     source = PurePosixPath(sources.get(place, f"docs/{place}"))
+    if place == ELSEWHERE["README.md"]:
+        markdown = markdown.replace('<img src="docs/', '<img src="')
     return _LINK.sub(lambda link: _placed(link, source, place), markdown)
 
 

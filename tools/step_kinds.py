@@ -1,4 +1,4 @@
-"""Generate what the page knows of the steps of a sequence, from the declarations of the tasks.
+"""Generate the page's kinds of steps of a sequence, from the declarations of the tasks.
 
 ``make generate`` writes the file, ``make fresh`` compares it.
 """
@@ -22,7 +22,7 @@ _HEAD = """\
 // Generated from src/bioscara/robot/tasks by `make generate`: the kinds of steps and their fields.
 
 /**
- * A field of a step: type, unit, range, whether it has to be given, and what it is otherwise.
+ * A field of a step: type, unit, range, whether it has to be given, and its default.
  *
  * @typedef {Object} StepField
  * @property {"pose" | "positions" | "load" | "name" | "share" | "number"} type

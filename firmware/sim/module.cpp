@@ -69,6 +69,7 @@ NB_MODULE(_native, module) {
             new (self) Arm(seed, Timing{frequency, overhead}, flashed);
           },
           nb::arg("seed"), nb::arg("frequency"), nb::arg("overhead"), nb::arg("firmwares"))
+      .def(nb::init<const Arm&>(), nb::arg("other"))
       .def("now", &Arm::now)
       .def("run",
            [](Arm& arm, double seconds) {

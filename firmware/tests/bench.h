@@ -136,7 +136,7 @@ class Bench final : private bioscara::Hal {
   // The joint has gone to its bootloader.
   bool left() const { return left_; }
   void stop_clock(bool on) { clock_stopped_ = on; }
-  // No driver chip is there: what the controller reads on its data line instead.
+  // No driver chip is there: level of its data line that the controller reads instead.
   void unplug_driver(std::optional<std::uint8_t> level) { unplugged_ = level; }
   bioscara::sim::Mechanics& mechanics() { return mechanics_; }
   bioscara::sim::Tmc5130Chip& driver() { return driver_; }

@@ -60,7 +60,7 @@ struct Running {
   Host<Bench> host;
 };
 
-// What a driver lacks: the supply of its power stage, or all of its supplies, and the level of its
+// The missing part of a driver: the supply of its power stage, or all of its supplies, and the level of its
 // data line then.
 enum class Failure { STAGE, LOW, HIGH };
 constexpr Failure kFailures[] = {Failure::STAGE, Failure::LOW, Failure::HIGH};

@@ -215,9 +215,9 @@ TEST(a_move_to_the_end_stop_ends_beside_it_without_pressing) {
           CHECK(host.fault() == Fault::NONE);
           CHECK(!has(host.flags(), Flags::NOTENABLED) && has(host.flags(), Flags::NOTHOMED));
           CHECK(host.state().state == JointState::HOLDING);
-          // The field is with its rotor, but for friction and what the lift weighs.
+          // The field is with its rotor, but for friction and the weight of the lift.
           CHECK(host.state().load_percent <= (joint == 2 ? 15 : 8));
-          // At the end stop, or where the torque rose unseen 80 degrees beside it.
+          // At the end stop, or where the torque rose unseen 80 degrees from it.
           const double beside = std::fabs(way) - std::fabs(bench.rotor() - rotor);
           CHECK(beside > -0.2 && beside < 1.5);
         }

@@ -176,7 +176,7 @@ TEST(TRACK_does_not_shake_wherever_between_two_ticks_its_setpoints_arrive) {
         arrival = 10000 * (step + 1) + phase + scatter(random);
       }
       tracker.advance();
-      // The first interval is not known, and what it costs is made up for in the next three.
+      // The first interval is not known; the next three make up for its error.
       if (step < 5) continue;
       const double now = 1e-6 * static_cast<double>(tick - 10000 - phase);
       worst = std::max(worst, std::fabs(tracker.velocity() - (kRate - kCurve * now)) / kRate);

@@ -39,7 +39,7 @@ from bioscara.planning.motions.jog import ToolVelocity as ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimit as JogLimit
 from bioscara.planning.motions.jog_limitation import JogLimitation as JogLimitation
 from bioscara.remote import RemoteRobot as RemoteRobot
-from bioscara.report.recording import Recording as Recording
+from bioscara.report.samples import Samples as Samples
 from bioscara.robot.arm_methods import ArmMethods as ArmMethods
 from bioscara.robot.operations.operation import Operation as Operation
 from bioscara.robot.operations.running import Running as Running

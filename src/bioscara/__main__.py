@@ -10,14 +10,14 @@ def main() -> int:
     """Run one command and return its exit status."""
     words = sys.argv[1:]
     if words[:2] == ["stop", "--arm"]:
-        # As with all other commands: who is in a hurry does not know that a word is enough.
+        # As with all other commands: a person in a hurry does not know that a word is enough.
         del words[1]
     if words[:1] == ["stop"] and len(words) <= 2 and not words[-1].startswith("-"):
         from bioscara.stop import main as stop  # noqa: PLC0415  the others take 10 times as long
 
         return stop(words[1:])
     # The linear algebra of NumPy starts a thread for each further core, and each spins for 0.1 s,
-    # also beside a control loop; the matrices here are too small for them.
+    # also next to a control loop; the matrices here are too small for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from bioscara.cli import main as command  # noqa: PLC0415
 

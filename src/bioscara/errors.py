@@ -223,7 +223,7 @@ class BusStuckError(CommunicationError):
     """A bus line is held low and recovery did not free it.
 
     Attributes:
-        what: What was observed.
+        what: The observation.
         remedy: What to do; empty where only a layer above can say it.
         transactions: Number of transactions in a row that did not end; 0 if they were not counted.
         duration: Time since the first of them [s].

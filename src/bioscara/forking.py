@@ -1,4 +1,4 @@
-"""Forked children: what they have to forget, and calls that belong to their parent."""
+"""Forked children: resources that they have to release, and calls that belong to their parent."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Maker:
 
     Args:
         what: The object, as the subject of a sentence.
-        remedy: What a forked child does instead.
+        remedy: The alternative for a forked child.
     """
 
     def __init__(self, what: str, remedy: str) -> None:
@@ -44,7 +44,7 @@ class Maker:
 def in_child(method: Callable[[], object]) -> None:
     """Call a bound method in each child that this process forks, while its object exists.
 
-    In the child no thread of the parent runs, and a lock may be held for ever: the method takes
+    In the child no thread of the parent runs, and a lock may never be released: the method takes
     none. It closes descriptors without a word to the other end, which belongs to the parent.
 
     Args:

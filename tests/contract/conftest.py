@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.bus import Bus, FaultyBus, RecordingBus
+from bioscara.bus import Bus, FaultyBus, TracingBus
 from bioscara.clock import MonotonicClock
 from bus.wire import Wire
 from contract.arm_server import ArmServer
@@ -60,7 +60,7 @@ def bus(
     if kind == "linux":
         arm = open_linux(rules, arm)
     elif kind == "recording":
-        arm = RecordingBus(arm, tmp_path / "recording", MonotonicClock())
+        arm = TracingBus(arm, tmp_path / "recording", MonotonicClock())
     elif kind == "faulty":
         arm = FaultyBus(arm, 1)
     with arm:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bioscara.bus import Bus, FaultyBus, RecordingBus, ReplayBus, Transaction
+from bioscara.bus import Bus, FaultyBus, ReplayBus, TracingBus, Transaction
 from bioscara.clock import MonotonicClock
 from bioscara.errors import (
     BusStuckError,
@@ -188,7 +188,7 @@ def test_a_recorded_run_replays_to_the_same_bytes(bus: Bus, tmp_path: Path) -> N
         [write_offset(0x11, 0.25), ping(ABSENT)],
         [read_offset(0x11)],
     ]
-    with RecordingBus(bus, tmp_path / "bus", MonotonicClock()) as recording:
+    with TracingBus(bus, tmp_path / "bus", MonotonicClock()) as recording:
         recorded = [recording.transfer(transactions) for transactions in run]
     with ReplayBus(tmp_path / "bus") as replay:
         for transactions, results in zip(run, recorded, strict=True):

@@ -93,7 +93,7 @@ def test_controllers_take_a_value_or_refuse_it_and_no_cycle_fails(world: World) 
 def test_the_gripper_controller_too(tmp_path: Any) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
         robot.gripper.enable()
-        stack: Any = robot._arm.stack
+        stack: Any = robot.runner.arm.stack
         jaws = stack.manager.controller(GRIPPER)
 
         def after(_: bool) -> str:

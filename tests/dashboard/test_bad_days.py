@@ -1,4 +1,4 @@
-"""Bad days: whatever breaks in a hold, the arm comes to rest and the page shows what is true."""
+"""Bad days: after each failure within a hold the arm comes to rest and the page shows it."""
 
 from __future__ import annotations
 

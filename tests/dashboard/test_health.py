@@ -1,4 +1,4 @@
-"""Faults on the page with the way out of them, and the state of joints, loop and controllers."""
+"""Faults on the page with their recovery, and the state of joints, loop and controllers."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_the_bench_of_the_last_owner_is_confirmed_on_the_page(
         command(page)
         strip.get_by_role("button", name="Confirm").click()
         expect(strip).to_have_count(0)
-        assert served.robot.arm.workspace.unconfirmed == frozenset()
+        assert served.robot.runner.arm.workspace.unconfirmed == frozenset()
         assert page.errors == []  # type: ignore[attr-defined]
         context.close()
 

@@ -52,7 +52,7 @@ def test_a_position_outside_the_limits_cannot_be_fitted() -> None:
 def test_what_the_arm_makes_of_it_has_all_joints_of_which_the_others_hold() -> None:
     here = [0.3, 0.2, 0.8, -0.5]
     with Robot.simulated(PARAMETERS) as robot:
-        workspace = workspace_value(robot.arm.workspace, 1)
+        workspace = workspace_value(robot.runner.arm.workspace, 1)
     found = checked_trajectory("a.csv", csv(2.0), PARAMETERS, workspace, here, fit=False)
     assert found.planned is not None
     assert found.planned.joint_names == ("j1", "j2", "j3", "j4")

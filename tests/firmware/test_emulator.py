@@ -144,7 +144,7 @@ def test_both_halves_of_a_datagram_make_the_whole(program: Path) -> None:
     plant = Plant(1, 1)
     assert plant.driver_answer()[0] & 1, "the chip says that it was reset"
     written = bytes((0, 0, 0x12, 0x34))
-    # The next datagram returns what the last one wrote, whether the register can be read or not.
+    # The next datagram returns the value of the last one, whether the register can be read or not.
     for register, readable in ((0x27, False), (0x2D, True)):
         plant.driver_accept(bytes((0x80 | register,)) + written)
         assert plant.driver_answer()[1:] == written

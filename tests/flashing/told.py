@@ -15,7 +15,7 @@ class Told(Bus):
     """Replaces the payload of answers; all else is the joint's own.
 
     Attributes:
-        payloads: What the joint at an address answers to a read of a register.
+        payloads: The answer of the joint at an address to a read of a register.
     """
 
     def __init__(self, bus: Bus) -> None:

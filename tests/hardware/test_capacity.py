@@ -58,7 +58,7 @@ def homed(frequency: float, rate: int | None = None, *, v1: bool = False) -> Ite
 
 def forward(robot: Robot, name: str, kind: str, *joints: str) -> ForwardCommandController:
     """Load a controller that passes commands on, for all joints unless some are named."""
-    manager = robot._arm.stack.manager
+    manager = robot.runner.arm.stack.manager
     values = {"joints": joints or NAMES, "interface_name": kind}
     made = manager.load(name, FORWARD, values)
     assert isinstance(made, ForwardCommandController)
@@ -71,7 +71,7 @@ def test_velocities_that_the_bus_cannot_carry_are_refused_before_anything_moves(
     rate: int | None, remedy: str, *, v1: bool
 ) -> None:
     with homed(100e3, rate, v1=v1) as robot:
-        stack = robot._arm.stack
+        stack = robot.runner.arm.stack
         forward(robot, "velocities", "velocity")
         with pytest.raises(ModeSwitchError) as caught:
             stack.use("velocities", robot.clock.now())
@@ -84,7 +84,7 @@ def test_velocities_that_the_bus_cannot_carry_are_refused_before_anything_moves(
         assert taken == pytest.approx(10.5 if v1 else 11.88, rel=0.02)
         assert carried == pytest.approx(850.0 / taken, abs=1.0)
         assert stack.manager.controller("velocities").state is LifecycleState.INACTIVE
-        assert all(axis.mode is not Mode.VELOCITY for axis in stack.arm.axes)
+        assert all(axis.mode is not Mode.VELOCITY for axis in stack.hardware.axes)
         robot.move_joints(tuple(AT.values()))
         assert robot.faults == ()
 
@@ -98,7 +98,7 @@ def test_velocities_that_the_bus_can_carry_are_followed_without_an_overrun(
 ) -> None:
     with homed(frequency, rate, v1=v1) as robot:
         robot.move_joints(tuple(AT.values()))
-        stack = robot._arm.stack
+        stack = robot.runner.arm.stack
         velocities = forward(robot, "velocities", "velocity")
         stack.use("velocities", robot.clock.now())
         velocities.command((0.1, 0.0, -0.1, 0.1))
@@ -113,7 +113,7 @@ def test_velocities_that_the_bus_can_carry_are_followed_without_an_overrun(
 
 def test_fewer_velocities_fit_and_joints_that_join_them_are_counted_too() -> None:
     with homed(100e3) as robot:
-        stack, now = robot._arm.stack, robot.clock.now
+        stack, now = robot.runner.arm.stack, robot.clock.now
         forward(robot, "one", "velocity", "j1")
         forward(robot, "others", "position", "j2", "j3", "j4")
         stack.use("one", now())
@@ -125,9 +125,9 @@ def test_fewer_velocities_fit_and_joints_that_join_them_are_counted_too() -> Non
 
 def test_a_stop_is_never_refused_for_the_bus() -> None:
     with homed(100e3) as robot:
-        stack, now = robot._arm.stack, robot.clock.now
+        stack, now = robot.runner.arm.stack, robot.clock.now
         forward(robot, "one", "velocity", "j1")
         stack.use("one", now())
         stack.supervisor.stop(now())
         assert stack.manager.controller(HOLD).state is LifecycleState.ACTIVE
-        assert stack.arm.state is LifecycleState.ACTIVE
+        assert stack.hardware.state is LifecycleState.ACTIVE

@@ -19,7 +19,7 @@ from simulated import ARM, NAMES, NEAR
 
 AT = (-2.5, 0.30, 2.0, 2.0)
 EXCHANGE, LOAD = 183 / 100e3 + 105e-6, 9 / 100e3
-"""Of a setpoint at 100 kHz, and what the load adds to its answer [s]."""
+"""Of a setpoint at 100 kHz, and the addition of the load to its answer [s]."""
 
 
 class Tap(Bus):
@@ -59,12 +59,12 @@ class World(NamedTuple):
 
     def cycles(self, count: int) -> list[tuple[JointSample, ...]]:
         """Run the loop; returns the samples of each cycle."""
-        stack, samples = self.robot._arm.stack, []
+        stack, samples = self.robot.runner.arm.stack, []
         stack.loop.restart()
         self.tap.calls.clear()
         for _ in range(count):
             stack.loop.step()
-            samples.append(tuple(axis.sample for axis in stack.arm.axes))
+            samples.append(tuple(axis.sample for axis in stack.hardware.axes))
         return samples
 
 
@@ -137,7 +137,7 @@ def test_as_many_joints_report_in_each_cycle_as_the_bus_has_time_for(
         known = {load is not None for samples in seen for load in loads(samples)}
         assert known == {each > 0}
         if bus is not None:
-            assert world.robot._arm.stack.arm.bus_time == pytest.approx(bus, rel=1e-3)
+            assert world.robot.runner.arm.stack.hardware.bus_time == pytest.approx(bus, rel=1e-3)
         assert world.robot.bus_share <= (0.8 if each > 1 else 0.85)
         assert world.robot.faults == ()
 

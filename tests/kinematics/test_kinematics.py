@@ -35,17 +35,19 @@ def same_pose(one: Pose, other: Pose, within: float = 1e-9) -> bool:
 
 
 @given(ARMS, JOINTS)
-def test_forward_of_inverse_is_the_pose(arm: Scara, joints: tuple[float, ...]) -> None:
-    pose = arm.forward(joints)
-    for way in arm.inverse(pose):
-        assert same_pose(arm.forward(way), pose)
+def test_forward_of_inverse_is_the_pose(kinematics: Scara, joints: tuple[float, ...]) -> None:
+    pose = kinematics.forward(joints)
+    for way in kinematics.inverse(pose):
+        assert same_pose(kinematics.forward(way), pose)
 
 
 @given(ARMS, JOINTS)
-def test_inverse_of_forward_contains_the_joints(arm: Scara, joints: tuple[float, ...]) -> None:
+def test_inverse_of_forward_contains_the_joints(
+    kinematics: Scara, joints: tuple[float, ...]
+) -> None:
     # Stretched, the elbow's angle depends on the root of a difference: half the digits are gone.
     within = 1e-9 if abs(math.sin(joints[2])) > 1e-3 else 1e-6
-    ways = arm.inverse(arm.forward(joints))
+    ways = kinematics.inverse(kinematics.forward(joints))
 
     def off(way: tuple[float, ...]) -> float:
         return max(
@@ -57,8 +59,10 @@ def test_inverse_of_forward_contains_the_joints(arm: Scara, joints: tuple[float,
 
 
 @given(ARMS, JOINTS)
-def test_the_first_solution_has_the_elbow_positive(arm: Scara, joints: tuple[float, ...]) -> None:
-    first, second = arm.inverse(arm.forward(joints))
+def test_the_first_solution_has_the_elbow_positive(
+    kinematics: Scara, joints: tuple[float, ...]
+) -> None:
+    first, second = kinematics.inverse(kinematics.forward(joints))
     assert first.j3 >= 0.0 >= second.j3
     assert first.j3 == -second.j3
 
@@ -71,44 +75,50 @@ def test_solve_stays_within_limits_and_near(joints: tuple[float, ...]) -> None:
 
 
 @given(ARMS, JOINTS)
-def test_the_jacobian_is_the_finite_difference(arm: Scara, joints: tuple[float, ...]) -> None:
+def test_the_jacobian_is_the_finite_difference(
+    kinematics: Scara, joints: tuple[float, ...]
+) -> None:
     step = 1e-6
     expected = np.empty((4, 4))
     for column in range(4):
         ahead, behind = list(joints), list(joints)
         ahead[column] += step
         behind[column] -= step
-        expected[:, column] = np.subtract(arm.forward(ahead), arm.forward(behind)) / (2.0 * step)
-    assert np.allclose(arm.jacobian(joints), expected, atol=1e-8)
+        expected[:, column] = np.subtract(kinematics.forward(ahead), kinematics.forward(behind)) / (
+            2.0 * step
+        )
+    assert np.allclose(kinematics.jacobian(joints), expected, atol=1e-8)
 
 
 @given(ARMS, JOINTS, st.tuples(*[st.floats(-1.0, 1.0)] * 4))
 def test_rates_move_the_tool_at_the_requested_velocity(
-    arm: Scara, joints: tuple[float, ...], velocity: tuple[float, ...]
+    kinematics: Scara, joints: tuple[float, ...], velocity: tuple[float, ...]
 ) -> None:
     if abs(math.sin(joints[2])) < 1e-6:
         return
-    rates = arm.rates(joints, velocity)
+    rates = kinematics.rates(joints, velocity)
     scale = max(map(abs, rates), default=1.0) + 1.0
-    assert np.allclose(np.array(arm.jacobian(joints)) @ rates, velocity, atol=1e-9 * scale)
+    assert np.allclose(np.array(kinematics.jacobian(joints)) @ rates, velocity, atol=1e-9 * scale)
     speed = math.sqrt(sum(part * part for part in velocity[:3]))
-    assert arm.tool_speed(joints, rates) == pytest.approx(speed, abs=1e-9 * scale)
+    assert kinematics.tool_speed(joints, rates) == pytest.approx(speed, abs=1e-9 * scale)
 
 
 @given(ARMS, st.lists(JOINTS, min_size=1, max_size=20))
-def test_arrays_are_as_single_poses(arm: Scara, many: list[tuple[float, ...]]) -> None:
+def test_arrays_are_as_single_poses(kinematics: Scara, many: list[tuple[float, ...]]) -> None:
     q = np.array(many)
-    poses = batch.forward(arm, q)
-    assert np.allclose(poses, [arm.forward(row) for row in many], atol=1e-12)
-    assert np.allclose(batch.jacobian(arm, q), [arm.jacobian(row) for row in many], atol=1e-12)
-    ways = batch.inverse(arm, poses)
+    poses = batch.forward(kinematics, q)
+    assert np.allclose(poses, [kinematics.forward(row) for row in many], atol=1e-12)
+    assert np.allclose(
+        batch.jacobian(kinematics, q), [kinematics.jacobian(row) for row in many], atol=1e-12
+    )
+    ways = batch.inverse(kinematics, poses)
     assert ways.shape == (len(many), 2, 4)
-    single = np.array([arm.inverse(Pose(*row)) for row in poses.tolist()])
+    single = np.array([kinematics.inverse(Pose(*row)) for row in poses.tolist()])
     off = ways - single
     off[..., (0, 2, 3)] -= 2.0 * math.pi * np.round(off[..., (0, 2, 3)] / (2.0 * math.pi))
     assert np.abs(off).max() < 1e-6
-    speeds = batch.tool_speeds(arm, q, q)
-    assert np.allclose(speeds, [arm.tool_speed(row, row) for row in many], atol=1e-12)
+    speeds = batch.tool_speeds(kinematics, q, q)
+    assert np.allclose(speeds, [kinematics.tool_speed(row, row) for row in many], atol=1e-12)
 
 
 def test_leading_axes_are_kept() -> None:
@@ -150,12 +160,14 @@ def test_a_start_that_is_not_finite_is_refused(value: float) -> None:
 
 @pytest.mark.parametrize("field", range(4))
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("arm", [ARM, Scara(GEOMETRY, LIMITS, IDENTITY, Pose(1.0, 0.0, 0.0, 1.0))])
-def test_a_pose_that_is_not_finite_is_refused(arm: Scara, field: int, value: float) -> None:
+@pytest.mark.parametrize(
+    "kinematics", [ARM, Scara(GEOMETRY, LIMITS, IDENTITY, Pose(1.0, 0.0, 0.0, 1.0))]
+)
+def test_a_pose_that_is_not_finite_is_refused(kinematics: Scara, field: int, value: float) -> None:
     pose = Pose(*(value if i == field else 0.2 for i in range(4)))
     with pytest.raises(InvalidArgumentError, match="not a finite number"):
-        arm.inverse(pose)
-    assert np.isnan(batch.inverse(arm, pose)).all()
+        kinematics.inverse(pose)
+    assert np.isnan(batch.inverse(kinematics, pose)).all()
 
 
 @given(FRAMES, FRAMES, st.one_of(st.floats(1e-6, 1e-3), st.floats(1e-3, 3.0)), ANGLES)
@@ -351,13 +363,19 @@ def test_frames_compose_and_invert(one: Pose, other: Pose) -> None:
 
 @given(ARMS, JOINTS, JOINTS, st.floats(0.0, 0.3), ANGLES)
 def test_no_point_of_a_load_is_faster_than_the_bound(
-    arm: Scara, joints: tuple[float, ...], rates: tuple[float, ...], overhang: float, bearing: float
+    kinematics: Scara,
+    joints: tuple[float, ...],
+    rates: tuple[float, ...],
+    overhang: float,
+    bearing: float,
 ) -> None:
     """The points at the overhang move with the tool; one of them is exactly at the bound."""
-    laden = Scara(arm.geometry, arm.limits, arm.tool, arm.base, overhang)
+    laden = Scara(
+        kinematics.geometry, kinematics.limits, kinematics.tool, kinematics.base, overhang
+    )
     bound = laden.tool_speed(joints, rates)
     speeds = []
-    jacobian = arm.jacobian(joints)
+    jacobian = kinematics.jacobian(joints)
     vx, vy, vz, w = (sum(a * b for a, b in zip(row, rates, strict=True)) for row in jacobian)
     # Towards the sides of the tool's own motion.
     across = math.atan2(vx, -vy)
@@ -365,5 +383,5 @@ def test_no_point_of_a_load_is_faster_than_the_bound(
         x, y = overhang * math.cos(turn), overhang * math.sin(turn)
         speeds.append(math.hypot(vx - w * y, vy + w * x, vz))
     assert max(speeds) == pytest.approx(bound, rel=1e-9, abs=1e-12)
-    assert bound >= arm.tool_speed(joints, rates) * (1.0 - 1e-12)
+    assert bound >= kinematics.tool_speed(joints, rates) * (1.0 - 1e-12)
     assert batch.tool_speeds(laden, joints, rates) == pytest.approx(bound, rel=1e-6, abs=1e-9)

@@ -230,10 +230,10 @@ class Watched:
             commands: Returns a position for each joint, or None to end.
         """
         raw = self._forward()
-        self.robot._arm.execute(_Stream(raw, commands, self.look))
+        self.robot.runner.execute(_Stream(raw, commands, self.look))
 
     def _forward(self) -> ForwardCommandController:
-        manager, name = self.robot._arm.stack.manager, "raw"
+        manager, name = self.robot.runner.arm.stack.manager, "raw"
         if name not in {each.name for each in manager.controllers}:
             values = {"joints": NAMES, "interface_name": "position"}
             manager.load(name, ForwardCommandController.TYPE, values)

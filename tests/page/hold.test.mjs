@@ -18,9 +18,17 @@ async function held(steps) {
     doubt: () => why.old,
     backlog: () => why.backlog,
     start: async () => log.push("start"),
-    beat: async () => { log.push("beat"); },
-    end: (goal) => { log.push("end"); over[goal]?.(); },
-    over: (goal) => new Promise((resolve) => { over[goal] = resolve; }),
+    beat: async () => {
+      log.push("beat");
+    },
+    end: (goal) => {
+      log.push("end");
+      over[goal]?.();
+    },
+    over: (goal) =>
+      new Promise((resolve) => {
+        over[goal] = resolve;
+      }),
     changed: () => {},
   });
   for (const step of steps) {

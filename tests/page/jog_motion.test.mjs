@@ -1,4 +1,4 @@
-// What a jog moves keeps to the chosen speed: requirement jog_r8.
+// Jogs keep to the chosen speed: requirement jog_r8.
 
 import assert from "node:assert/strict";
 import "./no_page.mjs";
@@ -20,8 +20,9 @@ const ARM = {
   sample: { names: ["j1", "j2", "j3", "j4"], commands: [0.1, 0.2, null, 0.4], positions: [1, 2, 0.3, 4] },
 };
 /** Shares of the axes that a gamepad moves together. */
-const SHARES = [-1, -0.3, 0, 0.6, 1].flatMap((a) => [-1, 0, 1].flatMap((b) =>
-  [-1, 0, 0.5, 1].flatMap((c) => [-1, 0, 1].map((d) => [a, b, c, d]))));
+const SHARES = [-1, -0.3, 0, 0.6, 1].flatMap((a) =>
+  [-1, 0, 1].flatMap((b) => [-1, 0, 0.5, 1].flatMap((c) => [-1, 0, 1].map((d) => [a, b, c, d])))
+);
 
 /** Return the speed of the tool of a stretched or bent arm, whose joints have these velocities. */
 function speedAt([, , j3, j4], [v1, v2, v3, v4]) {
@@ -45,7 +46,9 @@ test("jog_r8: axes that are moved together keep to the chosen speed", () => {
 });
 
 test("nothing moves while the arm is unknown", () => {
-  assert.deepEqual(velocityOf("joints", [1, 1, 1, 1], SPEED, { description: null, workspace: null, sample: null }, 0), { joints: [0, 0, 0, 0] });
+  assert.deepEqual(velocityOf("joints", [1, 1, 1, 1], SPEED, { description: null, workspace: null, sample: null }, 0), {
+    joints: [0, 0, 0, 0],
+  });
   assert.equal(stepTask("joints", 0, 1, 1, { description: null, workspace: null, sample: null }, 0), null);
 });
 
@@ -56,7 +59,8 @@ test("the tool moves along the axes of its frame", () => {
 
 test("a step begins at the commanded position, and at the measured one without a command", () => {
   const { kind, positions, velocity_scaling: share } = stepTask("joints", 1, 5, 0.5, ARM, 0);
-  assert.deepEqual([kind, share, positions.map((value) => value.toFixed(9))], ["move_joints", 0.5, ["0.100000000", "0.205000000", "0.300000000", "0.400000000"]]);
+  assert.deepEqual([kind, share, positions.map((value) => value.toFixed(9))], ["move_joints", 0.5, ["0.100000000", "0.205000000",
+    "0.300000000", "0.400000000"]]);
 });
 
 test("the share of a step is within 0.001 and 1", () => {
@@ -73,5 +77,6 @@ test("the code of a step does the same as its button", () => {
 test("the speed of the tool is unknown without two samples of different times", () => {
   const at = (time, x) => ({ time, pose: [x, 0, 0, 0] });
   assert.ok(Math.abs(toolSpeed(at(1, 0), at(1.5, 0.1)) - 0.2) < 1e-12);
-  for (const [before, now] of [[null, at(1, 0)], [at(1, 0), at(1, 0.1)], [at(2, 0), at(1, 0)]]) assert.ok(Number.isNaN(toolSpeed(before, now)));
+  for (const [before, now] of [[null, at(1, 0)], [at(1, 0), at(1, 0.1)], [at(2, 0), at(1, 0)]])
+    assert.ok(Number.isNaN(toolSpeed(before, now)));
 });

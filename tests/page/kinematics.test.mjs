@@ -5,9 +5,19 @@ import test from "node:test";
 
 import { compose, identity, Kinematics, placed, upright } from "../../src/bioscara/dashboard/page/js/view/kinematics.js";
 
-const near = (found, expected) => [...found].forEach((value, index) => assert.ok(Math.abs(value - expected[index]) < 1e-12, `${found} is not ${expected}`));
+const near = (found, expected) =>
+  [...found].forEach((value, index) => assert.ok(Math.abs(value - expected[index]) < 1e-12, `${found} is not ${expected}`));
 const joint = (name, type, parent, child, more = {}) => ({
-  name, type, parent, child, origin: [0, 0, 0, 0, 0, 0], axis: [0, 0, 1], lower: -3, upper: 3, mimic: null, ...more,
+  name,
+  type,
+  parent,
+  child,
+  origin: [0, 0, 0, 0, 0, 0],
+  axis: [0, 0, 1],
+  lower: -3,
+  upper: 3,
+  mimic: null,
+  ...more,
 });
 const MODEL = {
   base: "base",

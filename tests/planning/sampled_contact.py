@@ -48,16 +48,16 @@ def _points(shape: Prism) -> Array:
     return np.column_stack((np.tile(flat, (len(heights), 1)), np.repeat(heights, len(flat))))
 
 
-def points_of(arm: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]]:
+def points_of(kinematics: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]]:
     """Yield for each body its link and points (n, 3) in the base frame."""
     q1, q2, q3, q4 = joints
-    upper, fore, height = arm.geometry
+    upper, fore, height = kinematics.geometry
     elbow = (upper * math.cos(q1), upper * math.sin(q1))
     wrist = (elbow[0] + fore * math.cos(q1 + q3), elbow[1] + fore * math.sin(q1 + q3))
     lift = height + q2
     frames = {1: (0.0, 0.0, height, q1), 2: (0.0, 0.0, lift, q1), 3: (*elbow, lift, q1 + q3)}
     frames[4] = (*wrist, lift, q1 + q3 + q4)
-    for body in arm_of(arm.geometry, arm.tool, GRIPPER, WIDTHS):
+    for body in arm_of(kinematics.geometry, kinematics.tool, GRIPPER, WIDTHS):
         if body.link == "base_link":
             continue
         x, y, z, yaw = frames[body.frame]
@@ -80,10 +80,12 @@ def beyond(zone: Box | Cylinder, points: Array) -> Array:
     return np.where(far > 0.0, far, sides.max(axis=1))
 
 
-def touched(arm: Scara, zones: Sequence[Box | Cylinder], joints: Sequence[float]) -> list[str]:
+def touched(
+    kinematics: Scara, zones: Sequence[Box | Cylinder], joints: Sequence[float]
+) -> list[str]:
     """Return the names of zones that are entered, or left, at these joints."""
     names = []
-    for link, points in points_of(arm, joints):
+    for link, points in points_of(kinematics, joints):
         for zone in zones:
             if not zone.links or link in zone.links:
                 inside = beyond(zone, points) < 0.0

@@ -11,7 +11,7 @@ import pytest
 from bioscara.errors import ConfigurationError
 from bioscara.report import CycleRecord, Phase, SampleQuality
 from bioscara.report.recorded import read_run
-from bioscara.report.samples import SampleWriter
+from bioscara.report.sample_file import SampleWriter
 
 NAMES = ("j1", "j2")
 

@@ -17,7 +17,7 @@ from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, LifecycleError
 from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
-from bioscara.robot import arm as arm_module
+from bioscara.robot import runner as runner_module
 from bioscara.sim import FirmwareBus, SimulatedArm
 from simulated import NEAR, simulated_robot
 
@@ -120,7 +120,7 @@ def test_a_homed_joint_left_energised_is_released(tmp_path: Path) -> None:
 
 def test_joints_left_energised_by_another_program_are_released(scene: Scene) -> None:
     with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
-        assert after._arm.stack.arm.state is LifecycleState.INACTIVE
+        assert after._arm.stack.hardware.state is LifecycleState.INACTIVE
     assert scene.energised() == []
 
 
@@ -230,7 +230,7 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patience: float
 ) -> None:
     """But not while the call may still be bringing the arm to rest."""
-    monkeypatch.setattr(arm_module, "_PATIENCE", patience)
+    monkeypatch.setattr(runner_module, "_PATIENCE", patience)
     robot = (scene := Scene(tmp_path, v1=False)).robot.__enter__()
     entered, end, pressed = threading.Event(), threading.Event(), threading.Event()
 
@@ -265,7 +265,7 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
             robot.__exit__(None, None, None)
     finally:
         sys.settrace(before)
-    assert (not robot._arm.arbiter.running) is bool(patience), "it was waited for, or not"
+    assert (not robot.runner.arm.arbiter.running) is bool(patience), "it was waited for, or not"
     end.set()
     for thread in threads:
         thread.join(10.0)
@@ -280,7 +280,7 @@ def test_a_priority_that_cannot_be_used_is_refused_before_the_loop_begins(
     with simulated_robot(tmp_path).robot as robot:
         with pytest.raises(InvalidArgumentError, match="priority"):
             robot.watch(priority=priority)
-        assert not robot.arm.watched
+        assert not robot.runner.watched
 
 
 def test_a_watched_robot_is_not_opened_again(tmp_path: Path) -> None:

@@ -168,7 +168,7 @@ def test_the_width_at_which_the_jaws_were_stopped_is_stored(
         monkeypatch.setattr(Loop, "step", stopping)
         with pytest.raises(MotionCancelledError, match="interrupted while moving the jaws"):
             robot.gripper.move(0.04)
-        width = robot._arm.session.gripper._gripper.state.width
+        width = robot.runner.arm.session.gripper._gripper.state.width
         assert 0.045 < width < 0.105
         if full:
             assert world.kept() == pytest.approx(0.04)

@@ -1,6 +1,6 @@
 """Every remedy that an error names is followed, and gets the caller further.
 
-Each row of :data:`REMEDIES` provokes an error, does what its message says, and repeats the call.
+Each row of :data:`REMEDIES` provokes an error, follows its message, and repeats the call.
 The table in docs/errors.md has the same rows.
 """
 
@@ -40,11 +40,11 @@ GOAL = Joints(-1.5, 0.2, 0.8, -0.5)
 
 
 class World:
-    """An arm with a person beside it.
+    """An arm with a person next to it.
 
     Attributes:
         robot: The arm.
-        bench: What can fail.
+        bench: The faults that can be simulated.
         evidence: Folder of its flight records.
         others: Other clients of its owner.
     """
@@ -82,15 +82,15 @@ def world(
 
 
 class Remedy(NamedTuple):
-    """An error and the way out of it.
+    """An error and its remedy.
 
     Attributes:
         when: What provokes it, for the table.
         error: Its class.
         says: The remedy in its message.
         provoke: Raises it.
-        follow: Does what it says; None where that is to make another call.
-        then: What works afterwards; by default what was refused.
+        follow: Carries the remedy out; None where that is to make another call.
+        then: The call that works afterwards; by default the refused one.
         at: Where the arm stands; None for an arm that is not homed.
         fed: Whether its controllers stay on without the arm's supply.
     """
@@ -224,7 +224,7 @@ def paused_homing(w: World) -> None:
 
 
 def stop(w: World) -> None:
-    for operation in w.robot.arm.operations:
+    for operation in w.robot.runner.arm.operations:
         operation.cancel()
         operation.wait()
 

@@ -179,8 +179,8 @@ def test_the_error_of_an_observer_is_raised_once_the_arm_is_at_rest(
     begin = homed.robot.clock.now()
     with pytest.raises(OSError, match="No space"):
         homed.robot.move_joints((-1.0, 0.28, 0.5, 0.5), velocity_scaling=0.3, on_cycle=observe)
-    stack = homed.robot._arm.stack
-    for axis in stack.arm.axes:
+    stack = homed.robot.runner.arm.stack
+    for axis in stack.hardware.axes:
         assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
     assert max(homed.speeds()) < 1e-3
     assert homed.robot.faults == ()
@@ -301,7 +301,7 @@ def test_a_width_that_cannot_be_stored_is_refused_and_the_grip_holds(
     with Robot.simulated(evidence=tmp_path) as robot:
         robot.gripper.move(0.05)
         pulse = robot._servo.pulse()  # type: ignore[attr-defined]
-        file = robot._arm.session.gripper._gripper._file
+        file = robot.runner.arm.session.gripper._gripper._file
         full = file.with_name(file.name + ".new")
         full.mkdir()
         with pytest.raises(GripperError, match="width cannot be kept"):
@@ -318,7 +318,7 @@ def test_a_gripper_whose_width_was_not_stored_on_release_works_again(
 ) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
         robot.gripper.move(0.05)
-        file = robot._arm.session.gripper._gripper._file
+        file = robot.runner.arm.session.gripper._gripper._file
         full = file.with_name(file.name + ".new")
         full.mkdir()
         with pytest.raises(GripperError, match="width cannot be kept"):
@@ -362,7 +362,7 @@ def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> 
     scene.robot.enable()
     before = scene.arm.position("j2")
     homing = Home()
-    homing.begin(scene.robot._arm)
+    homing.begin(scene.robot.runner.arm)
     homing.cancel()
     while not homing.done:
         homing.step()
@@ -373,7 +373,7 @@ def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> 
 
 def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scene) -> None:
     scene.robot.enable()
-    homing, before = scene.robot._arm.stack.homing, scene.arm.position("j1")
+    homing, before = scene.robot.runner.arm.stack.homing, scene.arm.position("j1")
 
     def observe(_: CycleRecord) -> None:
         goal = homing.goal
@@ -546,7 +546,7 @@ def _grid(trajectory: Trajectory) -> Iterator[float]:
 def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> None:
     from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
 
-    stack = scene.robot._arm.stack
+    stack = scene.robot.runner.arm.stack
     trajectory = point_to_point(NAMES, START, START, ARM.joints)
     with pytest.raises(GoalRejectedError, match="inactive"):
         stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)

@@ -282,7 +282,7 @@ class Fuzz:
                 way = abs(self.arm.position(joint.name) - was)
                 assert way < NEAR_ENOUGH[joint.unit], f"{joint.name} moved while looked at"
         self.attempt("look", lambda: robot.state)
-        stack = robot._arm.stack
+        stack = robot.runner.arm.stack
         assert stack is not None
         state = stack.broadcaster.states
         if state is None:
@@ -336,8 +336,8 @@ def test_random_calls_and_failures(seed: int, tmp_path: Path) -> None:
                     fuzz.way_back()
             if fuzz.random.random() < 0.5:
                 fuzz.way_back()
-                assert robot._arm.stack is not None
-                assert robot._arm.stack.supervisor.state is FaultState.CLEAR
+                assert robot.runner.arm.stack is not None
+                assert robot.runner.arm.stack.supervisor.state is FaultState.CLEAR
                 assert not fuzz.tap.complaints, fuzz.tap.complaints
             else:
                 fuzz.heal()

@@ -141,7 +141,7 @@ def test_a_zone_is_not_entered(robot: Robot) -> None:
         assert near(robot.pose, HERE)
         stopped = jog(robot, ToolVelocity(y=0.1), 4.0)
         assert stopped.y < -0.05
-        assert robot._arm.stack.jog.jog is not None
+        assert robot.runner.arm.stack.jog.jog is not None
     finally:
         robot.scene = Scene()
     robot.move_to(HERE)
@@ -158,7 +158,7 @@ def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) ->
 
 
 def commanded(robot: Robot) -> list[float]:
-    return [guard.here for guard in robot._arm.stack.manager.limiter.joints.values()]
+    return [guard.here for guard in robot.runner.arm.stack.manager.limiter.joints.values()]
 
 
 @pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.7])
@@ -333,7 +333,7 @@ def test_a_jog_that_is_slowed_or_held_says_why(robot: Robot, case: str) -> None:
 
 
 def operation_of(robot: Robot) -> Operation[Any]:
-    (operation,) = robot._arm.operations
+    (operation,) = robot.runner.arm.operations
     return operation
 
 
@@ -357,14 +357,14 @@ def test_a_jog_goes_at_the_chosen_share_of_its_velocity(robot: Robot) -> None:
 
 def test_a_jog_that_starts_in_a_zone_is_refused_and_changes_nothing(robot: Robot) -> None:
     robot.move_to(HERE)
-    active = [each.state for each in robot._arm.stack.manager.controllers]
+    active = [each.state for each in robot.runner.arm.stack.manager.controllers]
     robot.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
     try:
         with pytest.raises(ZoneError, match="crate"):
             jog(robot, JointVelocity(j4=0.3), 1.0)
     finally:
         robot.scene = Scene()
-    assert [each.state for each in robot._arm.stack.manager.controllers] == active
+    assert [each.state for each in robot.runner.arm.stack.manager.controllers] == active
     assert near(robot.pose, HERE)
 
 
@@ -462,7 +462,7 @@ def test_an_arm_that_is_not_homed_has_no_pose(tmp_path: Path) -> None:
 
 def test_raw_setpoints_keep_clear_of_the_planner_scene(robot: Robot) -> None:
     robot.move_joints((0.3, 0.2, 0.8, -0.5))
-    stack, scene = robot._arm.stack, robot.scene
+    stack, scene = robot.runner.arm.stack, robot.scene
     names = tuple(joint.name for joint in ARM.joints)
     values = {"joints": names, "interface_name": "position"}
     forward = stack.manager.load("raw", ForwardCommandController.TYPE, values)

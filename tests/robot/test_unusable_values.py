@@ -36,7 +36,7 @@ class World:
         before, now = self._before, self.where()
         self._before = now
         robot = self.robot
-        for operation in robot._arm.operations:
+        for operation in robot.runner.arm.operations:
             operation.cancel()
             operation.wait(30.0)
         robot.speed_override = 1.0

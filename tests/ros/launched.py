@@ -88,7 +88,7 @@ class Launched:
 
     @property
     def log(self) -> str:
-        """What was printed so far."""
+        """The output so far."""
         return (self.folder / "launch.log").read_text()
 
     def says(self, text: str, limit: float = LIMIT) -> None:
@@ -113,7 +113,7 @@ class Launched:
         wait_until(lambda: len(done.findall(self.log)) == count, f"{count} spawners have ended")
 
     def ros2(self, *words: str) -> str:
-        """Return what a command of ``ros2`` prints."""
+        """Return the output of a command of ``ros2``."""
         done = self._ros2(*words)
         # Started by the command, in the background for hours.
         self._ros2("daemon", "stop")
@@ -148,7 +148,7 @@ def launched(
         package: Package of the file.
         file: Its name, without the ending; a path without the package.
         packages: Where further packages are.
-        ends: Exit status of a launch that ends by itself; None for one that runs.
+        ends: Exit status of a launch that ends without a signal; None for one that runs.
         **arguments: Of the file.
     """
     folder = Path(tempfile.mkdtemp(prefix="launch", dir=rig.folder))
@@ -167,7 +167,7 @@ def launched(
             yield made
             if ends is None:
                 assert process.poll() is None
-                # As a terminal: to all programs of the group, beside what launch sends to each.
+                # As a terminal: to all programs of the group, and launch signals each, too.
                 os.killpg(process.pid, signal.SIGINT)
             assert process.wait(ENDING) == (ends or 0)
             assert not re.findall(r"Traceback|escalating|SIGTERM|SIGKILL", made.log)

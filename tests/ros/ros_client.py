@@ -112,7 +112,7 @@ class Clients:
         self.spinning.start()
 
     def close(self) -> None:
-        """End so that ROS tells the others; else they find each other late for some seconds."""
+        """End so that ROS informs the others; else they find each other late for some seconds."""
         self.executor.shutdown()
         self.spinning.join()
         self.node.destroy_node()

@@ -76,7 +76,7 @@ def test_the_arm_with_its_gripper_in_a_namespace(site: Rig, prefix: Path) -> Non
         config = prefix / "share/scene_descriptions/rviz/display.rviz"
         assert shown["rviz2"][0] == ["-d", str(config), "--ros-args", "-r", "__ns:=/left"]
         moved(ros, VELOCITY, JOINTS)
-        # Another launch file, beside it: the arm does not stand where it begins.
+        # Another launch file, at the same time: the arm does not stand where it begins.
         with launched(
             site, prefix, "bioscara_arm_bringup", "test_joint_trajectory_controller",
             namespace="left",

@@ -47,7 +47,7 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def converted(judge: Path, folder: Path, urdf: ET.Element) -> dict[str, Any]:
-    """Return what the library makes of a description, about which it must not complain."""
+    """Return the library's model of a description, about which it must not complain."""
     file = folder / "scene.urdf"
     file.write_bytes(ET.tostring(urdf))
     done = subprocess.run(

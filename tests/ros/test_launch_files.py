@@ -119,7 +119,7 @@ PACKAGE_OF = {
     "ompl_interface": "moveit_planners_ompl",
     "yaml": "python3-yaml",
 }
-"""Packages by what they have under another name."""
+"""Packages by their content that has another name."""
 
 
 def own(name: str) -> set[str]:

@@ -1,6 +1,6 @@
 """A program that moves a served arm and then ends: ``ended_client.py KIND TERMINAL``.
 
-It says "moving" when the arm moves; with a kind that ends by itself, it reads a line and says
+It says "moving" when the arm moves; with a kind that ends normally, it reads a line and says
 "ending" with the time at which it ends.
 """
 

@@ -58,7 +58,7 @@ WAYS = (
 
 
 class Ending(NamedTuple):
-    """What the arm did when its program ended.
+    """The motion of the arm when its program ended.
 
     Attributes:
         speed: Speed of the tool before [m/s].
@@ -80,8 +80,8 @@ class Plant:
         self.served = served
         self._position = position
         self._rows: list[tuple[float, ...]] = []
-        arm = served.robot.arm
-        arm.observers = (*arm.observers, self._record)
+        runner = served.robot.runner
+        runner.observers = (*runner.observers, self._record)
 
     def _record(self, _: object) -> None:
         self._rows.append((time.monotonic(), *map(self._position, NAMES)))
@@ -94,7 +94,7 @@ class Plant:
     def measure(self, way: Way) -> Ending:
         """Let a program move the arm and end; it has ended, and the arm is at rest."""
         self._rows.clear()
-        moving = self.served.robot.arm.arbiter
+        moving = self.served.robot.runner.arm.arbiter
         with _program(way) as (process, terminal):
             # At constant speed.
             time.sleep(0.3)
@@ -119,9 +119,8 @@ def _program(way: Way) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """Run the program until the arm moves; with the near end of its terminal."""
     near, far = pty.openpty() if way.terminal else (-1, -1)
     words = (str(PROGRAM), way.kind, os.ttyname(far) if way.terminal else "")
-    with running(
-        *words, cold=True, env=environment(), stdin=subprocess.PIPE, stderr=subprocess.DEVNULL
-    ) as process:
+    options = {"env": environment(), "stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with running(*words, cold=way.kind in BY_ITSELF[:2], **options) as process:
         wait_for_line(process, "moving")
         if way.terminal:
             os.close(far)

@@ -1,4 +1,4 @@
-"""What an owner knows of its bench outlives it; a person confirms it before the arm moves."""
+"""The state of a bench outlives its owner; a person confirms it before the arm moves."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_scene_tool_load_and_jaws_of_the_last_owner_are_there_and_unconfirmed(
             "the load plate",
         )
         robot.gripper.enable()
-        # The jaws are as far apart as the load is wide, whatever they are commanded.
+        # The jaws are as far apart as the load is wide, independent of their command.
         assert robot.workspace.widths == pytest.approx((0.057, 0.06))
         robot.confirm_scene()
         assert unconfirmed() == ()
@@ -94,7 +94,7 @@ def test_scene_tool_load_and_jaws_of_the_last_owner_are_there_and_unconfirmed(
 
 
 def jog_up(robot: Any) -> float:
-    """Jog the tool up for some cycles; return the way [m]."""
+    """Jog the tool up for some cycles; return the distance [m]."""
     before = robot.state.positions[1]
     velocities = iter([ToolVelocity(z=0.05)] * 20)
     robot.jog(lambda: next(velocities, None))

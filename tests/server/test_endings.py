@@ -37,22 +37,17 @@ def test_the_arm_decelerates_within_100_ms_however_its_program_ends(arm: Plant, 
     assert not arm.served.owner.lease.holder
 
 
-def moving(start: Start, kind: str = "outside of a with") -> subprocess.Popen[str]:
-    process = start(
-        str(PROGRAM),
-        kind,
-        "",
-        cold=True,
-        env=environment(),
-        stdin=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-    )
+def moving(
+    start: Start, kind: str = "outside of a with", *, cold: bool = False
+) -> subprocess.Popen[str]:
+    options = {"env": environment(), "stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    process = start(str(PROGRAM), kind, "", cold=cold, **options)
     wait_for_line(process, "moving")
     return process
 
 
 def kill(process: subprocess.Popen[str]) -> None:
-    """Kill a program, and return when it is dead and this one, its parent, has not awaited it."""
+    """Kill a cold program, and return when it is dead and its parent has not awaited it."""
     process.kill()
     os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
 
@@ -61,7 +56,7 @@ def test_the_next_program_begins_at_once_and_its_first_command_waits_for_the_res
     start: Start, arm: Plant
 ) -> None:
     with RemoteRobot(NAME) as robot:
-        process = moving(start)
+        process = moving(start, cold=True)
         with pytest.raises(LeaseError, match=str(process.pid)):
             robot.acquire_lease(timeout=0.1)
         kill(process)
@@ -166,7 +161,7 @@ time.sleep(60.0)
 """
 
 
-@pytest.mark.parametrize("how", ["ends", "with", "lives"])
+@pytest.mark.parametrize("how", ["with", "lives"])
 def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
     start: Start, arm: Plant, how: str
 ) -> None:
@@ -186,7 +181,7 @@ def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
 
 def test_the_end_of_a_program_is_told_apart_from_its_silence(start: Start, arm: Plant) -> None:
     last = arm.served.owner.events.last
-    program = moving(start)
+    program = moving(start, cold=True)
     kill(program)
     eventually(lambda: not arm.served.owner.goals.running, 1.0)
     texts = []

@@ -64,7 +64,7 @@ class Interleaving:
 
     def __init__(self, robot: Robot, seed: int) -> None:
         self.robot, self.choice = robot, random.Random(seed)
-        robot.arm.observers = ()
+        robot.runner.observers = ()
         self.time = 0.0
         self.posts: deque[Callable[[], object]] = deque()
         self.owner = Owner(
@@ -249,7 +249,7 @@ class Interleaving:
     def cycle(self) -> None:
         for _ in range(self.choice.choice((1, 3, 30, 100))):
             self.time += 0.002
-            self.robot.arm.step(idle=True)
+            self.robot.runner.step(idle=True)
 
     def drain(self) -> None:
         for _ in range(self.choice.choice((1, len(self.posts)))):
@@ -315,7 +315,7 @@ class Interleaving:
         """Check the laws that hold between any two steps."""
         self.owner.expire()
         self.model.lapse(self.time)
-        assert self.robot.arm.pauses.keys() == self.pauses.keys()
+        assert self.robot.runner.arm.pauses.keys() == self.pauses.keys()
         lease = self.owner.lease
         assert (lease.holder, lease.epoch) == (self.model.holder, self.model.epoch)
         begun = [goal for _, _, goal in self.planned]
@@ -327,7 +327,7 @@ class Interleaving:
             assert stopped or self.sent[goal.number] > taken, "it goes on without its lease"
         if begun and all(self.sent[number] < self.stopped for number in begun):
             names = {goal.operation for goal in self.owner.goals.running}
-            for operation in self.robot.arm.operations:
+            for operation in self.robot.runner.arm.operations:
                 assert operation in names or operation.done or operation.claim.stopped
 
     def finish(self) -> None:
@@ -338,13 +338,13 @@ class Interleaving:
         while self.planned:
             self.answer()
         for _ in range(500):
-            self.robot.arm.step(idle=True)
-            if not self.robot.arm.operations:
+            self.robot.runner.step(idle=True)
+            if not self.robot.runner.arm.operations:
                 break
-        assert not self.robot.arm.operations
+        assert not self.robot.runner.arm.operations
         before = self.robot.state.positions
         for _ in range(30):
-            self.robot.arm.step(idle=True)
+            self.robot.runner.step(idle=True)
         moved = max(abs(a - b) for a, b in zip(self.robot.state.positions, before, strict=True))
         assert moved < 1e-3
         while self.posts:
@@ -363,10 +363,10 @@ class Interleaving:
         """Let stopped operations come to rest, also after a law was broken."""
         self.robot.stop()
         for _ in range(500):
-            self.robot.arm.step(idle=True)
-            if not self.robot.arm.operations:
+            self.robot.runner.step(idle=True)
+            if not self.robot.runner.arm.operations:
                 break
-        assert not self.robot.arm.operations
+        assert not self.robot.runner.arm.operations
 
 
 @pytest.fixture(scope="module")
@@ -380,7 +380,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
 def test_one_client_commands_and_a_stopped_arm_stays_stopped(
     robot: Robot, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    robot.arm.observers = ()
+    robot.runner.observers = ()
     robot.speed_override = 1.0
     robot.resume()
     robot.move_joints(HALF)

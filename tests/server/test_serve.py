@@ -20,8 +20,8 @@ def test_the_service_ends_with_an_error_when_its_loop_has_ended() -> None:
     def serve_until_it_breaks() -> None:
         with serving(robot, settings):
             robot.enable()
-            robot.arm.observers = (*robot.arm.observers, broken)
-            eventually(lambda: not robot.arm.session.connected)
+            robot.runner.observers = (*robot.runner.observers, broken)
+            eventually(lambda: not robot.runner.arm.session.connected)
 
     with pytest.raises(HardwareError, match="the control loop of broken has ended"):
         serve_until_it_breaks()

@@ -138,7 +138,7 @@ def test_a_speed_that_cannot_be_is_refused() -> None:
                 client.request(m.SetRealTimeFactor(speed), epoch)
         with pytest.raises(InvalidArgumentError):
             client.request(m.SetRealTimeFactor(math.nan), epoch)
-        assert served.robot.arm.session.clock.real_time_factor == 50.0  # type: ignore[attr-defined]
+        assert served.robot.runner.arm.session.clock.real_time_factor == 50.0  # type: ignore[attr-defined]
 
 
 def test_a_program_chooses_faults_and_speed() -> None:
@@ -146,7 +146,9 @@ def test_a_program_chooses_faults_and_speed() -> None:
         robot.simulate_fault("push", "j1", 1.0)
         robot.set_real_time_factor(20.0)
         state = robot.simulation
-        assert state.real_time_factor == served.robot.arm.session.clock.real_time_factor == 20.0  # type: ignore[attr-defined]
+        assert (
+            state.real_time_factor == served.robot.runner.arm.session.clock.real_time_factor == 20.0
+        )  # type: ignore[attr-defined]
         assert [(each.fault, each.joint) for each in state.faults] == [("push", "j1")]
         robot.simulate_fault("clear")
         assert robot.simulation.faults == ()
@@ -155,9 +157,9 @@ def test_a_program_chooses_faults_and_speed() -> None:
 def test_an_arm_that_is_simulated_elsewhere_refuses() -> None:
     with runtime_folder() as folder, own_robot(folder / "faults") as robot:
         # As the owner sees every arm that it does not simulate.
-        bus = robot.arm.session.bus
+        bus = robot.runner.arm.session.bus
         assert isinstance(bus, FirmwareBus)
-        robot.arm.session.bus = FirmwareBus(bus.arm)
+        robot.runner.arm.session.bus = FirmwareBus(bus.arm)
         with serving(robot, ServeSettings(NAME, "sim:x", evidence=folder)), RawClient() as client:
             epoch = client.acquire()
             state = client.request(m.GetSimulation())

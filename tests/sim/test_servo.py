@@ -1,4 +1,4 @@
-"""The folder of a simulated servo is there as long as its process lives, and not for ever."""
+"""The folder of a simulated servo is removed with the end of its process."""
 
 from __future__ import annotations
 

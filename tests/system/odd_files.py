@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from bioscara.bus.recording import HEADER, read_recording
+from bioscara.bus.trace import HEADER, read_trace
 from bioscara.drivers.gripper.width_store import read_width
 from bioscara.hardware import Urdf
 from bioscara.model import load_parameters
@@ -116,6 +116,6 @@ READERS: dict[str, Callable[[Path], object]] = {
     "trajectory.yaml": read,
     "trajectory.csv": read,
     "robot.urdf": Urdf.load,
-    "bus.rec": lambda path: list(read_recording(path)),
+    "bus.rec": lambda path: list(read_trace(path)),
     "width": lambda path: read_width(path, 0.04, 0.12, 0.08),
 }

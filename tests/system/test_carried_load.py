@@ -81,7 +81,7 @@ def test_planned_motions(laden: Loads, kind: str) -> None:
             return robot.plan.move_joints(place(rng))
 
         plan = planned(laden, make)
-        cap = robot._arm.stack.tool_speed
+        cap = robot.runner.arm.stack.tool_speed
         before = cap.interventions
         assert_slow(laden, lambda plan=plan: robot.execute(plan))
         assert cap.interventions == before, "slowed down although it was planned within the limit"
@@ -95,7 +95,7 @@ def test_jogs(laden: Loads) -> None:
 
 @pytest.mark.parametrize("interface", ["position", "velocity"])
 def test_raw_streams(laden: Loads, interface: str) -> None:
-    robot, stack = laden.robot, laden.robot._arm.stack
+    robot, stack = laden.robot, laden.robot.runner.arm.stack
     name = f"raw {interface}"
     values = {"joints": NAMES, "interface_name": interface}
     stream = stack.manager.load(name, ForwardCommandController.TYPE, values)

@@ -170,7 +170,7 @@ def test_host3_the_joints_of_a_host_that_died_stop_and_the_next_comes_up_faulted
         scene.arm.run(0.2)
         assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
         again.enable()
-        assert [axis.homed for axis in again._arm.session.arm.axes] == [True] * 4
+        assert [axis.homed for axis in again._arm.session.hardware.axes] == [True] * 4
         again.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
@@ -190,7 +190,7 @@ def test_host5_an_arm_whose_computer_froze_waits_at_rest_for_as_long_as_it_takes
 
 
 def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene) -> None:
-    robot, stack = scene.robot, scene.robot._arm.stack
+    robot, stack = scene.robot, scene.robot.runner.arm.stack
     guards = stack.manager.limiter.joints
     last = dict.fromkeys(NAMES, math.nan)
 
@@ -267,7 +267,7 @@ def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_th
     assert (fault.kind, fault.source) == (FaultKind.FOLLOWING_ERROR, "j1")
     assert fault.time - scene.struck < 1.0
     assert str(error) in read_record(fault.evidence).faults[0]
-    goal = scene.robot._arm.stack.trajectory.goal
+    goal = scene.robot.runner.arm.stack.trajectory.goal
     assert goal is not None
     assert goal.status is GoalStatus.ABORTED
     scene.arm.run(2 * SWING)
@@ -293,10 +293,10 @@ def test_usr1_an_emergency_stop_is_named_at_once_and_targets_are_dropped(scene: 
     assert "emergency stop" in str(fault)
     cycles = 2.1 if scene.arm.controllers_fed else 5.1
     assert fault.time - scene.struck <= cycles * robot.period
-    stack = robot._arm.stack
+    stack = robot.runner.arm.stack
     # Joints that are off cannot be identified.
     off = LifecycleState.INACTIVE if scene.arm.controllers_fed else LifecycleState.UNCONFIGURED
-    assert stack.arm.state is off
+    assert stack.hardware.state is off
     assert not [
         controller
         for controller in stack.manager.controllers
@@ -342,7 +342,7 @@ def test_usr2_original_joints_whose_motors_alone_have_no_supply_stop_trailing(
     with pytest.raises(BioscaraError):
         scene.move(lambda: scene.arm.set_supply(False))
     robot = scene.robot
-    # Nothing else tells the host; a joint may find a stall before.
+    # Nothing else informs the host; a joint may find a stall before.
     assert robot.faults[0].kind in {FaultKind.FOLLOWING_ERROR, FaultKind.STALL}
     assert robot.faults[0].time - scene.struck < 1.0
     scene.arm.run(1.0)
@@ -369,7 +369,7 @@ def test_usr2_controllers_that_stay_on_keep_the_home_and_nothing_moves_on_return
     after = [scene.arm.position(name) for name in NAMES]
     assert after == pytest.approx(before, abs=1e-6)
     recover(scene)
-    assert all(axis.homed for axis in scene.robot._arm.session.arm.axes)
+    assert all(axis.homed for axis in scene.robot.runner.arm.session.hardware.axes)
     scene.robot.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
@@ -480,7 +480,7 @@ def test_pln1_a_target_for_other_joints_is_refused(resting: Scene, count: int) -
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_pln1_a_goal_with_numbers_that_are_none_is_rejected(resting: Scene, value: float) -> None:
-    stack = resting.robot._arm.stack
+    stack = resting.robot.runner.arm.stack
     before = resting.fields()
     stack.use(TRAJECTORY, resting.arm.now())
     points = (Point(1.0, (value, *START[1:])),)
@@ -516,7 +516,7 @@ def test_pln5_a_cancel_at_any_instant_ramps_down_at_once_and_the_next_goal_is_ta
         robot.move_joints(GOAL, on_cycle=observe)
     after = [record for record in scene.records if record.phase is Phase.STOPPING]
     first = after[min(1, len(after) - 1)]
-    assert first.start + robot._arm.session.begin - asked < robot.period + 0.010
+    assert first.start + robot.runner.arm.session.begin - asked < robot.period + 0.010
     speeds = [[abs(joint.reference_velocity) for joint in record.joints] for record in after]
     for cycle, (before, now) in enumerate(pairwise(speeds[1:])):
         for joint, a, b in zip(ARM.joints, before, now, strict=True):
@@ -524,14 +524,14 @@ def test_pln5_a_cancel_at_any_instant_ramps_down_at_once_and_the_next_goal_is_ta
             # The pace bends gradually; where the course speeds up that shows for some cycles.
             assert b <= max(a + (0.25 * step if cycle < 5 else 0.0), step) + 1e-9
     scene.arm.run(SWING / 10)
-    assert robot._arm.stack.supervisor.state is FaultState.CLEAR
+    assert robot.runner.arm.stack.supervisor.state is FaultState.CLEAR
     assert robot.faults == ()
     robot.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
 
 def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
-    stack = scene.robot._arm.stack
+    stack = scene.robot.runner.arm.stack
     scene.robot.move_joints(START)
     trajectory = stack.trajectory
     handle = trajectory.send_goal(
@@ -544,7 +544,7 @@ def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
 
 
 def test_a_fault_can_be_acknowledged_at_once_the_arm_comes_to_rest_first(scene: Scene) -> None:
-    robot, stack = scene.robot, scene.robot._arm.stack
+    robot, stack = scene.robot, scene.robot.runner.arm.stack
     robot.move_joints(START)
     goal = Goal(JointTrajectory(NAMES, (Point(4.0, GOAL),)))
     stack.trajectory.send_goal(goal, scene.arm.now())

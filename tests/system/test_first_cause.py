@@ -1,4 +1,4 @@
-"""The first fault names what happened, whatever the arm is doing, and for however long it lasts."""
+"""The first fault names the cause, in every activity of the arm, also of a lasting cause."""
 
 from __future__ import annotations
 
@@ -297,7 +297,12 @@ def test_bus5_an_original_joint_that_holds_the_clock_is_a_stuck_bus_until_its_po
         robot.recover()
         assert robot.faults == ()
         robot.enable()
-        assert [axis.homed for axis in robot._arm.session.arm.axes] == [True, True, False, True]
+        assert [axis.homed for axis in robot.runner.arm.session.hardware.axes] == [
+            True,
+            True,
+            False,
+            True,
+        ]
 
 
 def test_bus5_the_joint_whose_restart_freed_the_line_is_named() -> None:

@@ -165,7 +165,7 @@ def test_paths_of_the_tool(loads: Loads, kind: str) -> None:
             return plan.move_sequence(ways)
 
         plan = planned(loads, make)
-        cap = loads.robot._arm.stack.tool_speed
+        cap = loads.robot.runner.arm.stack.tool_speed
         before = cap.interventions
         assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
         assert cap.interventions == before, "slowed down although it was planned within the limit"
@@ -178,7 +178,7 @@ def test_a_line_at_the_limit_passes_the_cap_unchanged(loads: Loads) -> None:
     robot = loads.robot
     robot.move_joints(place(rng))
     plan = planned(loads, lambda here: robot.plan.move_linear(near(rng, here, 0.35)))
-    cap = robot._arm.stack.tool_speed
+    cap = robot.runner.arm.stack.tool_speed
     before = cap.interventions
     assert_slow(loads, lambda: robot.execute(plan))
     assert cap.interventions == before
@@ -305,7 +305,7 @@ def test_pauses_and_overrides(loads: Loads) -> None:
 
 @pytest.mark.parametrize("kind", ["steps", "lines", "velocities"])
 def test_raw_streams(loads: Loads, kind: str) -> None:
-    robot, stack = loads.robot, loads.robot._arm.stack
+    robot, stack = loads.robot, loads.robot.runner.arm.stack
     name = f"raw {kind}"
     manager = stack.manager
     interface = "velocity" if kind == "velocities" else "position"
@@ -350,7 +350,7 @@ def test_raw_streams(loads: Loads, kind: str) -> None:
         seen = loads.watch(go)
         streamed = seen[:, 0] < held[0]
         assert_below(HIGHEST, speeds(seen[streamed]))
-        # Held at once, each load swings on by itself: two joints that moved against each other
+        # Held at once, each load swings independently: two joints that moved against each other
         # may now move the tool together.
         before = seen[streamed & (seen[:, 0] > held[0] - LONGEST_PERIOD)]
         assert_below(max(HIGHEST, float(alone(before).max())), speeds(seen[~streamed]))

@@ -1,4 +1,4 @@
-"""The server of ``bioscara view``: what it says, and to whom."""
+"""The server of ``bioscara view``: its answers, and their receivers."""
 
 from __future__ import annotations
 

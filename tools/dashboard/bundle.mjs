@@ -32,7 +32,7 @@ const shorterShaders = {
 /** @param {string} shader */
 function shorter(shader) {
   return shader
-    .replace(/\/\*[^]*?\*\//g, "")
+    .replace(/\/\*.*?\*\//gs, "")
     .replace(/\/\/[^\n]*/g, "")
     .replace(/[ \t]+/g, " ")
     .replace(/ ?\n ?/g, "\n")
@@ -43,15 +43,23 @@ function shorter(shader) {
  * Return a bundle with its licence on top.
  *
  * @param {string} name Package.
- * @param {string} entry File that exports what is wanted.
+ * @param {string} entry File with the exports of the bundle.
  * @returns {Promise<string>} Its text.
  */
 async function bundled(name, entry) {
   const { outputFiles } = await build({
-    entryPoints: [entry], bundle: true, minify: true, format: "esm", target: "es2022", write: false,
-    legalComments: "none", charset: "utf8", plugins: [shorterShaders],
+    entryPoints: [entry],
+    bundle: true,
+    minify: true,
+    format: "esm",
+    target: "es2022",
+    write: false,
+    legalComments: "none",
+    charset: "utf8",
+    plugins: [shorterShaders],
   });
-  return `/*! ${name} ${packageOf(name).version} | ${packageOf(name).license} licence, see VENDORED.md | ${packageOf(name).homepage} */\n${outputFiles[0].text}`;
+  const { version, license, homepage } = packageOf(name);
+  return `/*! ${name} ${version} | ${license} licence, see VENDORED.md | ${homepage} */\n${outputFiles[0].text}`;
 }
 
 /** @param {string} name */
@@ -71,6 +79,9 @@ function listed(files) {
     const hash = createHash("sha256").update(text).digest("hex");
     return `| \`${file}\` | ${name} ${packageOf(name).version} | ${packageOf(name).license} | \`${hash}\` |`;
   });
+  const licences = ["three", "uplot"].map((name) =>
+    `\n## Licence of ${name}\n\n${licenceOf(name).replace(/^/gm, "    ").replace(/ +$/gm, "")}\n`
+  );
   return `# Libraries that the page carries
 
 Made by \`npm run bundle\` in \`tools/dashboard\` from the packages of its \`package-lock.json\`; do not edit.
@@ -78,7 +89,7 @@ Made by \`npm run bundle\` in \`tools/dashboard\` from the packages of its \`pac
 | file | package | licence | SHA-256 |
 | --- | --- | --- | --- |
 ${rows.join("\n")}
-${["three", "uplot"].map((name) => `\n## Licence of ${name}\n\n${licenceOf(name).replace(/^/gm, "    ").replace(/ +$/gm, "")}\n`).join("")}`;
+${licences.join("")}`;
 }
 
 const files = {

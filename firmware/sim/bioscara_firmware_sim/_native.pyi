@@ -1,10 +1,14 @@
 """The simulated arm; joints are numbered 1 to 4, positions are in rad or m."""
 
 from collections.abc import Sequence
+from typing import overload
 
 class Arm:
-    """Four joints on one bus, in virtual time."""
+    """Four joints on one bus, in virtual time; made from another one in the same state as that."""
 
+    @overload
+    def __init__(self, other: Arm) -> None: ...
+    @overload
     def __init__(
         self,
         seed: int,

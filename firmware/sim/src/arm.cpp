@@ -21,6 +21,11 @@ Arm::Arm(std::uint32_t seed, Timing timing, const Firmwares& firmwares) : timing
   run(0.05);  // All joints of our firmware have booted.
 }
 
+Arm::Arm(const Arm& other)
+    : timing_(other.timing_), unknown_(other.unknown_), stretch_(other.stretch_), now_(other.now_) {
+  for (const auto& board : other.boards_) boards_.push_back(board->copy());
+}
+
 void Arm::run(double seconds) {
   now_ += static_cast<Time>(std::llround(seconds * kSecond));
   for (auto& board : boards_) board->advance(now_);

@@ -27,7 +27,8 @@ class Arm {
   using Firmwares = std::array<Firmware, kJoints>;
 
   Arm(std::uint32_t seed, Timing timing, const Firmwares& firmwares);
-  Arm(const Arm&) = delete;
+  // Another arm in the same state, at the same time.
+  Arm(const Arm& other);
   Arm& operator=(const Arm&) = delete;
 
   double now() const { return static_cast<double>(now_) / kSecond; }

@@ -1,7 +1,9 @@
 #include "board.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace bioscara::sim {
 
@@ -26,6 +28,16 @@ MotorParameters motor_of(Spread& spread) {
   return made;
 }
 
+// A firmware that was copied refers to the wires of the board that it was copied from.
+template <typename Copied>
+void rewire(std::optional<Copied>& firmware, const Hal* from, const Hal* to) {
+  static_assert(std::is_trivially_copyable_v<Copied>);
+  if (!firmware) return;
+  auto* bytes = reinterpret_cast<unsigned char*>(&*firmware);
+  for (std::size_t at = 0; at + sizeof from <= sizeof(Copied); at += alignof(const Hal*))
+    if (std::memcmp(bytes + at, &from, sizeof from) == 0) std::memcpy(bytes + at, &to, sizeof to);
+}
+
 }  // namespace
 
 Board::Board(int joint, std::uint32_t seed, Firmware firmware)
@@ -38,6 +50,13 @@ Board::Board(int joint, std::uint32_t seed, Firmware firmware)
       random_(seed * 2654435761U + static_cast<std::uint32_t>(joint) * 40503U + 1U),
       boot_id_(static_cast<std::uint16_t>(random_ >> 16)) {
   start();
+}
+
+std::unique_ptr<Board> Board::copy() const {
+  std::unique_ptr<Board> made(new Board(*this));
+  rewire(made->joint_, this, made.get());
+  rewire(made->original_, this, made.get());
+  return made;
 }
 
 double Board::noise() {

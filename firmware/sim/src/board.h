@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include "../../joint/src/core/joint.h"
@@ -28,8 +29,10 @@ enum class Firmware : std::uint8_t {
 class Board final : private Hal {
  public:
   Board(int joint, std::uint32_t seed, Firmware firmware);
-  Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
+
+  // Another board in the same state, whose firmware drives its own chips.
+  std::unique_ptr<Board> copy() const;
 
   // Lets time pass up to `now`.
   void advance(Time now);
@@ -72,6 +75,7 @@ class Board final : private Hal {
   double position_error() const { return original_ ? original_->error() : 0.0; }
 
  private:
+  Board(const Board&) = default;
   std::uint32_t micros() override;
   void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override;
   void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override;

@@ -188,7 +188,7 @@ Time OriginalJoint::start_orientation(float degrees) {
   return kCheckPoll;
 }
 
-// Waits for the target, whatever was commanded in between: STOP does not end it.
+// Waits for the target, also after other commands in between: STOP does not end it.
 Time OriginalJoint::step_orientation(Time now) {
   if (!driver_.position_reached()) return kCheckPoll;
   bool agree = false;

@@ -34,7 +34,7 @@ ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes."),
     "gui": ("true", "Start RViz."),
 }
-"""Their defaults, and what they are."""
+"""Default and description of each argument."""
 CONTROLLER = DeclareLaunchArgument(
     "robot_controller",
     default_value="velocity_joint_trajectory_controller",

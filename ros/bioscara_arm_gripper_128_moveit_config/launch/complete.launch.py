@@ -15,15 +15,15 @@ ARGUMENTS = {
     "table": ("true", "Have the table in the description."),
     "namespace": ("", "Namespace of all nodes."),
 }
-"""Their defaults, and what they are."""
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and what is started with their values."""
+    """Return the arguments, and the actions that are started with their values."""
 
     def included(package: str, file: str, **given: str) -> GroupAction:
         source = PathJoinSubstitution([FindPackageShare(package), "launch", file])
-        # In a group: what is given to one file is not for the next.
+        # In a group: the arguments of one file are not for the next.
         return GroupAction(
             [
                 IncludeLaunchDescription(

@@ -34,7 +34,7 @@ ARGUMENTS = {
     "robot_controller": ("gripper_controller", "Controller to load."),
     "gui": ("true", "Start RViz."),
 }
-"""Their defaults, and what they are."""
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:

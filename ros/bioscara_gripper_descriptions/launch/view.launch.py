@@ -14,7 +14,7 @@ SCENE = {
     "gripper_macro": ("bioscara_gripper_128.xacro", "File of the macro of the gripper."),
     "use_mock_hardware": ("false", "Write the plugin of a simulated component."),
 }
-"""Arguments of urdf/scene.xacro: their defaults, and what they are."""
+"""Arguments of urdf/scene.xacro: default and description of each argument."""
 ARGUMENTS = {
     **SCENE,
     "namespace": ("", "Namespace of all nodes."),

@@ -15,7 +15,7 @@ ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes."),
     "gui": ("false", "Start RViz and sliders."),
 }
-"""Their defaults, and what they are."""
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:

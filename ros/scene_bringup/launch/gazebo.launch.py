@@ -33,7 +33,7 @@ ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes."),
     "gui": ("true", "Show Gazebo's window; or only simulate."),
 }
-"""Their defaults, and what they are."""
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -92,7 +92,7 @@ def bring_up(context: LaunchContext) -> list[Any]:
             parameters=[described],
             output="both",
         ),
-        # At the end: its values of the arguments hold for what follows.
+        # At the end: its values of the arguments hold for all later actions.
         _include(
             "scene_bringup", "simulated_arm",
             gui="false", homed=value("homed"), table=value("table"), namespace=namespace,

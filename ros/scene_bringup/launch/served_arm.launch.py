@@ -1,4 +1,4 @@
-"""Drive an arm that `bioscara serve` owns, beside its other clients."""
+"""Drive an arm that `bioscara serve` owns, together with its other clients."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes."),
     "gui": ("true", "Start RViz and sliders."),
 }
-"""Their defaults, and what they are."""
+"""Default and description of each argument."""
 
 
 def generate_launch_description() -> LaunchDescription:

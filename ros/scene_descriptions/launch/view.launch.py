@@ -18,7 +18,7 @@ SCENE = {
     "use_mock_hardware": ("false", "Write the plugin of a simulated component."),
     "table": ("true", "Show the table."),
 }
-"""Arguments of urdf/scene.xacro: their defaults, and what they are."""
+"""Arguments of urdf/scene.xacro: default and description of each argument."""
 ARGUMENTS = {
     **SCENE,
     "namespace": ("", "Namespace of all nodes."),

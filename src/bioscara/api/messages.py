@@ -1209,7 +1209,7 @@ class WorkspaceState(Result, frozen=True, kw_only=True, tag="workspace_state"):
         reduced_speed: Whether the tool keeps to 250 mm/s.
         load: The carried load, or null.
         widths: Smallest and largest width that the jaws may have.
-        unconfirmed: What is from the owner's last run and not confirmed, in words; motions are
+        unconfirmed: Values from the owner's last run that are not confirmed, in words; motions are
             refused until then, except jogs.
     """
 

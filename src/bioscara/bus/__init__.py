@@ -14,9 +14,9 @@ from bioscara.bus.injection import Direction as Direction
 from bioscara.bus.injection import Injection as Injection
 from bioscara.bus.injection import When as When
 from bioscara.bus.linux import LinuxBus as LinuxBus
-from bioscara.bus.recorder import RecordingBus as RecordingBus
-from bioscara.bus.recorder import ReplayBus as ReplayBus
-from bioscara.bus.recording import Record as Record
-from bioscara.bus.recording import read_recording as read_recording
 from bioscara.bus.select import FORMS as FORMS
 from bioscara.bus.select import open_bus as open_bus
+from bioscara.bus.trace import TraceRecord as TraceRecord
+from bioscara.bus.trace import read_trace as read_trace
+from bioscara.bus.tracing import ReplayBus as ReplayBus
+from bioscara.bus.tracing import TracingBus as TracingBus

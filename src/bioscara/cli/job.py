@@ -171,7 +171,7 @@ def prepare(
 
 
 class _Result(NamedTuple):
-    """Result of a motion: fields of :class:`RunSummary`, and what the arm was to follow."""
+    """Result of a motion: fields of :class:`RunSummary`, and the trajectory."""
 
     outcome: Outcome
     message: str

@@ -122,7 +122,7 @@ class Parser(argparse.ArgumentParser):
             self.commands[getattr(options, self._dest)].check(options)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse the words, and refuse what is left of them.
+        """Parse the words, and refuse the rest of them.
 
         A command refuses its own: only its parser knows the option that may have been meant.
         """

@@ -132,7 +132,7 @@ def share(parser: argparse._ActionsContainer, *names: str, **changes: Any) -> No
     Args:
         parser: Parser of the command.
         names: Names of the arguments.
-        changes: What is special about those of this command, such as their help.
+        changes: Differences of those of this command, such as their help.
     """
     for name in names:
         keywords = _ARGUMENTS[name] | changes

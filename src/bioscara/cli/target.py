@@ -100,11 +100,11 @@ def plan_target(planner: Planner, options: Options) -> Plan:
     return planner.move_to(pose, velocity_scaling=share)
 
 
-def describe(plan: Plan, arm: Scara, angles: AngleUnit) -> list[str]:
+def describe(plan: Plan, kinematics: Scara, angles: AngleUnit) -> list[str]:
     """Describe a plan for the user, one item per line."""
     trajectory = plan.trajectory
-    ends = batch.forward(arm, trajectory.positions[[0, -1]])
-    peak = peak_tool_speed(trajectory, arm, (0.0,) * len(arm.limits))
+    ends = batch.forward(kinematics, trajectory.positions[[0, -1]])
+    peak = peak_tool_speed(trajectory, kinematics, (0.0,) * len(kinematics.limits))
     lines = [
         f"duration {trajectory.duration:.3f} s, tool at most {1e3 * peak:.0f} mm/s",
         *(
@@ -113,7 +113,7 @@ def describe(plan: Plan, arm: Scara, angles: AngleUnit) -> list[str]:
         ),
     ]
     for limit, ranges, goal in zip(
-        arm.limits, joint_extrema(trajectory), trajectory.positions[-1].tolist(), strict=True
+        kinematics.limits, joint_extrema(trajectory), trajectory.positions[-1].tolist(), strict=True
     ):
         unit = limit.unit
         lines.append(
@@ -175,10 +175,10 @@ def _check_sizes(word: str, fields: Sequence[str], values: Sequence[float] | Non
             raise InvalidArgumentError(f"{error}{hint}") from error
 
 
-def _check_via(arm: Scara, via: Sequence[float]) -> None:
+def _check_via(kinematics: Scara, via: Sequence[float]) -> None:
     """Refuse a point that the tool cannot reach with any yaw."""
     x, y, z = via
-    tool, built = arm.tool, arm.geometry
+    tool, built = kinematics.tool, kinematics.geometry
     reach = built.upper_arm + built.forearm + math.hypot(tool.x, tool.y)
     over = math.hypot(x, y) - reach
     if over > _ROUNDING:
@@ -186,7 +186,7 @@ def _check_via(arm: Scara, via: Sequence[float]) -> None:
             f"--via cannot be reached: it is {over:.4f} m beyond the tool's reach of {reach:.4f} m"
         )
     lift = z - tool.z - built.height
-    problems = arm.beyond(Joints(*_middle(arm))._replace(j2=lift))
+    problems = kinematics.beyond(Joints(*_middle(kinematics))._replace(j2=lift))
     if problems:
         raise UnreachableError(f"--via cannot be reached: it would take {problems[0]}")
 
@@ -218,16 +218,16 @@ def _solutions(planner: Planner, options: Options) -> list[Joints]:
     return [each for each in arm.inverse(place) if not arm.beyond(each)]
 
 
-def _middle(arm: Scara) -> list[float]:
-    return [0.5 * (limit.lower + limit.upper) for limit in arm.limits]
+def _middle(kinematics: Scara) -> list[float]:
+    return [0.5 * (limit.lower + limit.upper) for limit in kinematics.limits]
 
 
-def _refusal(scene: Scene, arm: Scara, joints: Joints) -> ZoneError | None:
+def _refusal(scene: Scene, kinematics: Scara, joints: Joints) -> ZoneError | None:
     """Return the error for joint positions without clearance; None if they are free."""
-    layout = scene.layout(arm)
+    layout = scene.layout(kinematics)
     if not layout.pairs:
         return None
-    pairs = layout.clearances(arm, np.array([joints]), scene.margin)[:, 0]
+    pairs = layout.clearances(kinematics, np.array([joints]), scene.margin)[:, 0]
     nearest = int(pairs.argmin())
     pair, missed = layout.pairs[nearest], scene.margin - float(pairs[nearest])
     # An arm that is there already may have a slightly smaller clearance.

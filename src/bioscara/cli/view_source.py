@@ -62,7 +62,7 @@ def onlooker_of(source: str) -> Onlooker:
 
 
 def viewed_from(options: Options, parameters: ArmParameters) -> Viewed:
-    """Return what the options name: a file, the plan to a target, an arm, or none of these.
+    """Return the source of the options: a file, the plan to a target, an arm, or none of these.
 
     Args:
         options: Parsed options; a source among them names no arm with an owner.

@@ -11,7 +11,7 @@ import math
 
 
 def braking_way(duration: float, period: float) -> float:
-    """Return the way from the end of the cycle until a joint stands [s].
+    """Return the distance from the end of the cycle until a joint stands [s].
 
     Args:
         duration: Of the ramp, from the middle of the cycle on [s].
@@ -21,11 +21,11 @@ def braking_way(duration: float, period: float) -> float:
 
 
 def braking_duration(way: float, period: float) -> float:
-    """Return the duration of a ramp with this way, the inverse of :func:`braking_way` [s]."""
+    """Return the duration of a ramp of this distance, the inverse of :func:`braking_way` [s]."""
     return 0.5 * period + way + math.sqrt(way * (way + period))
 
 
 def ramp(time: float, duration: float) -> float:
-    """Return the way in a time since the ramp began [s]."""
+    """Return the distance in a time since the ramp began [s]."""
     at = min(time, duration)
     return at - at * at / (2.0 * duration) if duration else 0.0

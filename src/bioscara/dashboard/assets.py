@@ -19,9 +19,9 @@ _TYPES = {
 }
 """Media types by the end of the name; files with other ends are not served."""
 _HEAD, _HEAD_FILE = b"<!-- head.part -->\n", "head.part"
-"""What a page has in place of the head that all pages share, and the file that has it."""
+"""Placeholder of a page for the head that all pages share, and the file that has it."""
 _VERSION = b'data-assets=""'
-"""What a page has in place of the version of its files."""
+"""Placeholder of a page for the version of its files."""
 _SCRIPT = re.compile(rb'<script type="module" src="([^"]+)"></script>')
 _IMPORT = re.compile(rb"""^(?:import|export|\}) (?:[^"]* from )?"(\.[^"]+)";$""", re.MULTILINE)
 

@@ -1,4 +1,4 @@
-"""The clearance of an arm, from what its owner sends."""
+"""The clearance of an arm, from the messages of its owner."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class ParameterRow(msgspec.Struct, frozen=True):
         default: That of the existing arms.
         unit: Its unit; empty without one.
         source: ``overlay`` where the overlay has it, else ``default``.
-        text: What it means.
+        text: Its meaning.
         fixed: Why an overlay cannot change it, or null.
     """
 
@@ -142,7 +142,7 @@ def parameter_rows(overlay: str) -> tuple[ParameterRow, ...]:
 
 
 def drafted(overlay: str, changed: Mapping[str, Json]) -> tuple[str, tuple[ParameterChange, ...]]:
-    """Return an overlay with changes, and what they change.
+    """Return an overlay with changes, and the changed values.
 
     Comments and order of the overlay stay.
 

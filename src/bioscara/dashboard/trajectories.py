@@ -51,7 +51,7 @@ class CheckedTrajectory(msgspec.Struct, frozen=True):
         points: Number of its points.
         duration: [s].
         stretched: Factor by which it was stretched in time to fit the limits; 1 if it was not.
-        notes: What the reader left out, and unusual properties.
+        notes: Parts that the reader left out, and unusual properties.
         peaks: Its extremes, one for each of its joints.
         problem: Why the arm cannot execute it as it is, or null: a limit with joint, time and
             value.

@@ -1,4 +1,4 @@
-"""What the page shows without an owner: a motion, an arm that moves now, or joints with sliders."""
+"""The page without an owner: a motion, an arm that moves now, or joints with sliders."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from bioscara.model import ArmParameters
 
 
 class Viewed(msgspec.Struct, frozen=True):
-    """An arm, and what the page shows of it.
+    """An arm, and the content of its page.
 
     Attributes:
-        title: What it is, in words.
+        title: Its title.
         parameters: Parameters of the arm.
         workspace: Its tool, scene and load.
         positions: Where the arm is shown at first, and joints that the motion does not name: j1 to

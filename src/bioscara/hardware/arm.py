@@ -368,7 +368,7 @@ class ArmHardware(HardwareComponent):
         )
 
     def _cause(self, axis: Axis, error: BioscaraError) -> BioscaraError:
-        """Return what the failure of an exchange with one joint shows; a stuck bus halts all."""
+        """Return the cause of a failed exchange with one joint; a stuck bus halts all."""
         cause = self._exchange.stuck or self._watch.cause(error, axis.name)
         if isinstance(cause, BusStuckError) and self._exchange.stuck is None:
             self._exchange.give_up(cause)

@@ -21,25 +21,25 @@ _BLOCK = 8192
 """Poses processed at once, so that intermediate results stay in the cache."""
 
 
-def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
+def forward(kinematics: Scara, joints: npt.ArrayLike) -> Array:
     """Return the poses of the tool; yaw is not wrapped.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         joints: j1 to j4 [rad, m, rad, rad], shape (..., 4).
 
     Returns:
         x, y, z [m] and yaw [rad], shape (..., 4).
     """
     q = _rows("joints", joints)
-    l1, l2, height = arm.geometry
-    tx, ty, tz, tyaw = arm.tool
+    l1, l2, height = kinematics.geometry
+    tx, ty, tz, tyaw = kinematics.tool
     q1, q13 = q[..., 0], q[..., 0] + q[..., 2]
     yaw = q13 + q[..., 3]
     c, s = np.cos(yaw), np.sin(yaw)
     x = l1 * np.cos(q1) + l2 * np.cos(q13) + c * tx - s * ty
     y = l1 * np.sin(q1) + l2 * np.sin(q13) + s * tx + c * ty
-    bx, by, bz, byaw = arm.base
+    bx, by, bz, byaw = kinematics.base
     cb, sb = math.cos(byaw), math.sin(byaw)
     return np.stack(
         (
@@ -52,7 +52,7 @@ def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
     )
 
 
-def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
+def inverse(kinematics: Scara, poses: npt.ArrayLike) -> Array:
     """Return both solutions for each pose: elbow positive first, then elbow negative.
 
     No error is raised for a pose: one that is out of reach or not a number gives NaN, in both
@@ -60,7 +60,7 @@ def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
     reason, and hint at millimetres and degrees.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         poses: x, y, z [m] and yaw [rad] of the tool, shape (..., 4).
 
     Returns:
@@ -73,15 +73,15 @@ def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
     with np.errstate(invalid="ignore"):
         for start in range(0, len(rows), _BLOCK):
             block = slice(start, start + _BLOCK)
-            _inverse_block(arm, rows[block], result[block])
+            _inverse_block(kinematics, rows[block], result[block])
     return result.reshape(*p.shape[:-1], 2, 4)
 
 
-def _inverse_block(arm: Scara, poses: Array, result: Array) -> None:
+def _inverse_block(kinematics: Scara, poses: Array, result: Array) -> None:
     """Fill ``result`` (n, 2, 4) for ``poses`` (n, 4)."""
-    to_base = arm.base.inverse()
-    l1, l2, height = arm.geometry
-    tx, ty, tz, tyaw = arm.tool
+    to_base = kinematics.base.inverse()
+    l1, l2, height = kinematics.geometry
+    tx, ty, tz, tyaw = kinematics.tool
     place_x, place_y, place_z, yaw = poses.T
     turn = yaw + (to_base.yaw - tyaw)
     cb, sb = math.cos(to_base.yaw), math.sin(to_base.yaw)
@@ -101,26 +101,26 @@ def _inverse_block(arm: Scara, poses: Array, result: Array) -> None:
     inside = np.arctan2(l2 * np.sqrt((1.0 - cosine) * (1.0 + cosine)), l1 + l2 * cosine)
     for branch, sign in enumerate((1.0, -1.0)):
         solution = result[:, branch]
-        q1 = _wrap(bearing - sign * inside, arm, 0)
-        elbow = _turned(sign * q3, arm, 2)
+        q1 = _wrap(bearing - sign * inside, kinematics, 0)
+        elbow = _turned(sign * q3, kinematics, 2)
         solution[:, 0], solution[:, 1], solution[:, 2] = q1, q2, elbow
-        solution[:, 3] = _wrap(turn - q1 - elbow, arm, 3)
+        solution[:, 3] = _wrap(turn - q1 - elbow, kinematics, 3)
 
 
-def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:
+def jacobian(kinematics: Scara, joints: npt.ArrayLike) -> Array:
     """Return the derivatives of the poses by the joints.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         joints: j1 to j4 [rad, m, rad, rad], shape (..., 4).
 
     Returns:
         Rows x, y, z, yaw; columns j1 to j4; shape (..., 4, 4).
     """
     q = _rows("joints", joints)
-    l1, l2, _ = arm.geometry
-    tx, ty, _, _ = arm.tool
-    q1 = q[..., 0] + arm.base.yaw
+    l1, l2, _ = kinematics.geometry
+    tx, ty, _, _ = kinematics.tool
+    q1 = q[..., 0] + kinematics.base.yaw
     q13 = q1 + q[..., 2]
     yaw = q13 + q[..., 3]
     c, s = np.cos(yaw), np.sin(yaw)
@@ -135,17 +135,17 @@ def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:
     return result
 
 
-def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Array:
+def tool_speeds(kinematics: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Array:
     """Return the speed as :meth:`Scara.tool_speed` does [m/s], shape (...).
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         joints: Positions of the joints [rad, m, rad, rad], shape (..., 4).
         rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
     """
     q, v = _rows("joints", joints), _rows("rates", rates)
-    l1, l2, _ = arm.geometry
-    tx, ty, _, _ = arm.tool
+    l1, l2, _ = kinematics.geometry
+    tx, ty, _, _ = kinematics.tool
     # In the forearm's frame: the speed does not depend on its orientation.
     q3, q4 = q[..., 2], q[..., 3]
     c, s = np.cos(q4), np.sin(q4)
@@ -155,18 +155,18 @@ def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Arra
     along = r1 * np.sin(q3) - r4 * (tx * s + ty * c)
     across = r1 * np.cos(q3) + l2 * r13 + r4 * (tx * c - ty * s)
     level = along * along + across * across
-    if arm.overhang:
-        level = (np.sqrt(level) + arm.overhang * np.abs(r4)) ** 2
+    if kinematics.overhang:
+        level = (np.sqrt(level) + kinematics.overhang * np.abs(r4)) ** 2
     return np.asarray(np.sqrt(level + v[..., 1] ** 2))
 
 
 def tool_motion(
-    arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike, accelerations: npt.ArrayLike
+    kinematics: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike, accelerations: npt.ArrayLike
 ) -> tuple[Array, Array]:
     """Return velocity and acceleration of the tool.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         joints: Positions of the joints [rad, m, rad, rad], shape (..., 4).
         rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
         accelerations: Of the joints [rad/s^2, m/s^2, rad/s^2, rad/s^2], shape (..., 4).
@@ -176,9 +176,13 @@ def tool_motion(
     """
     q, v = _rows("joints", joints), _rows("rates", rates)
     a = _rows("accelerations", accelerations)
-    lengths = (arm.geometry.upper_arm, arm.geometry.forearm, complex(arm.tool.x, arm.tool.y))
+    lengths = (
+        kinematics.geometry.upper_arm,
+        kinematics.geometry.forearm,
+        complex(kinematics.tool.x, kinematics.tool.y),
+    )
     angles, rates, gains = (np.cumsum(part[..., (0, 2, 3)], axis=-1) for part in (q, v, a))
-    links = lengths * np.exp(1j * (angles + arm.base.yaw))
+    links = lengths * np.exp(1j * (angles + kinematics.base.yaw))
     across = (1j * rates * links).sum(axis=-1)
     gained = ((1j * gains - rates**2) * links).sum(axis=-1)
     return (
@@ -187,15 +191,15 @@ def tool_motion(
     )
 
 
-def _wrap(angles: Array, arm: Scara, joint: int) -> Array:
+def _wrap(angles: Array, kinematics: Scara, joint: int) -> Array:
     # Half a turn gives +pi, as in Scara.
-    return _turned(angles - TURN * np.ceil(angles * (1.0 / TURN) - 0.5), arm, joint)
+    return _turned(angles - TURN * np.ceil(angles * (1.0 / TURN) - 0.5), kinematics, joint)
 
 
-def _turned(angles: Array, arm: Scara, joint: int) -> Array:
+def _turned(angles: Array, kinematics: Scara, joint: int) -> Array:
     """Return angles within half a turn, or on another turn where only that is within limits."""
     slack = 0.5 * LIMIT_ROUNDING
-    lower, upper = arm.limits[joint].lower - slack, arm.limits[joint].upper + slack
+    lower, upper = kinematics.limits[joint].lower - slack, kinematics.limits[joint].upper + slack
     # For limits within half a turn of zero, no other turn of the angle is within them.
     if lower > -math.pi and upper < math.pi:
         return angles

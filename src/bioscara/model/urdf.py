@@ -38,7 +38,7 @@ _NEVER = (
 def mesh_file(name: str) -> Path:
     """Return the file of a mesh by its name in the description, ``package://PACKAGE/meshes/...``.
 
-    The package is that of ``ros/`` which has a copy, for those who see the description in ROS 2.
+    The package is that of ``ros/`` which has a copy, for users of the description in ROS 2.
     """
     return DESCRIPTION / name[name.index("meshes/") :]
 

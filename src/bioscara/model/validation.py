@@ -35,7 +35,7 @@ from bioscara.spelling import did_you_mean
 Location = tuple[str | int, ...]
 """Names and indices that lead to a value."""
 KNOWN_AS = "known_as"
-"""Key of a field's metadata: what a list of the known names has instead of its name."""
+"""Key of a field's metadata: the word that a list of the known names has instead of its name."""
 _KEY = "[key]"
 """End of the location of a name that cannot be used."""
 _MOST = 5

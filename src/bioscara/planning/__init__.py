@@ -1,10 +1,10 @@
 """Motion planning as pure mathematics: timed joint motions from limits and goals.
 
 Begin with ``motions``, the user's interface, and ``trajectory``, the one type that all layers above
-execute. Between them a tool path from ``paths`` gets its timing in ``topp``, a joint motion from
-``profiles``. ``collision`` checks the clearance of all of them, ``files`` stores them. ``limits``
-are the limits of joints and tool; ``moving_average`` keeps motions from exciting belt oscillations;
-``arrays`` names the types of arrays.
+execute. Between them a tool path from ``paths`` gets its timing in ``topp``. ``collision`` checks
+the clearance of all of them, ``files`` stores them. ``limits`` are the limits of joints and tool;
+``moving_average`` keeps motions from exciting belt oscillations; ``arrays`` names the types of
+arrays.
 
 A trajectory that ``trajectory.validation`` accepts stays within every limit at every instant.
 """

@@ -171,8 +171,8 @@ after a repeated start, a read. Numbers are little endian, angles are degrees of
 A write is answered with the flags alone, a read with the payload and the flags. Bits 4 to 7 of
 the flags are zero. The flags state the joint's condition, not the result of the command just sent:
 a command is executed after the transaction. A blocking command shows BUSY at once; the host polls
-until it clears. The deviations of the original firmware, and what they require of the host, are in
-[a table of its own](drivers.md#joint-firmware-original-and-ours).
+until it clears. The deviations of the original firmware, and their consequences for the host, are
+in [a table of its own](drivers.md#joint-firmware-original-and-ours).
 
 ## Version 2
 

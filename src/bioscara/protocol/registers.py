@@ -335,7 +335,7 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.STATE,
         _R,
-        "Position, velocity, what the joint is doing, and how close the position error is to "
+        "Position, velocity, the activity of the joint, and how close the position error is to "
         "the stall threshold.",
         read=(
             Field("position", Kind.F32, "deg"),
@@ -376,7 +376,7 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.CLEARFAULT,
         _W,
-        "Acknowledges the latched fault; nothing moves. What the fault disabled stays disabled; a "
+        "Acknowledges the latched fault; nothing moves. A disabled joint stays disabled; a "
         "stall leaves the joint enabled.",
         written=(Field("fault", Kind.U8),),
         version=2,

@@ -131,7 +131,7 @@ class RemoteRobot(ArmMethods):
 
     def _let_go(self) -> None:
         """Give the lease back without waiting, from a handler of a signal."""
-        # The modules that make threads lock what the interrupted thread may hold.
+        # The modules that make threads take locks that the interrupted thread may hold.
         _thread.start_new_thread(self._lease.release, ())
 
     def close(self) -> None:
@@ -509,7 +509,7 @@ class RemoteRobot(ArmMethods):
         )
         with self._registering:
             self._operations[operation.goal] = operation
-            # Within the lock: what the link's thread reads next comes after these.
+            # Within the lock: messages that the link's thread reads next come after these.
             for message in self._early.pop(operation.goal, []):
                 self._deliver(operation, message)
         return operation
@@ -648,7 +648,7 @@ def _retried(
     """Try something until it is not refused any more, for a time [s]; raise the last refusal.
 
     Args:
-        attempt: What is tried.
+        attempt: The call.
         refusal: Errors after which it is tried again.
         timeout: The time.
         final: Returns whether a refusal is the last one before that.

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from bioscara.errors import ConfigurationError
 from bioscara.report.cycles import CycleHistory
-from bioscara.report.samples import ROW_BYTES, SampleWriter
+from bioscara.report.sample_file import ROW_BYTES, SampleWriter
 from bioscara.report.summary import RunSummary
 from bioscara.whole_files import replacing
 

@@ -61,7 +61,7 @@ def require_matplotlib() -> None:
 def write_plan(
     path: Path,
     trajectory: Trajectory,
-    arm: Scara,
+    kinematics: Scara,
     limits: Sequence[JointLimits],
     tool: ToolLimits,
     title: str = "",
@@ -72,7 +72,7 @@ def write_plan(
     Args:
         path: The PNG file; an existing one is replaced.
         trajectory: Trajectory of all joints of the arm.
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         limits: Limits of its joints, j1 to j4.
         tool: Limits of the tool that the plan was kept to.
         title: Title of the figure.
@@ -84,12 +84,12 @@ def write_plan(
         OSError: The file cannot be written.
     """
     require_matplotlib()
-    save(draw_plan(trajectory, arm, limits, tool, title, scene), path, dpi=100)
+    save(draw_plan(trajectory, kinematics, limits, tool, title, scene), path, dpi=100)
 
 
 def draw_plan(
     trajectory: Trajectory,
-    arm: Scara,
+    kinematics: Scara,
     limits: Sequence[JointLimits],
     tool: ToolLimits,
     title: str = "",
@@ -99,7 +99,7 @@ def draw_plan(
     # Without pyplot: no display, no global state. Imported here: it takes a second to import.
     from matplotlib import figure as figures  # noqa: PLC0415
 
-    motion = _sampled(trajectory, arm)
+    motion = _sampled(trajectory, kinematics)
     figure = figures.Figure(figsize=(19, 13))
     figure.suptitle(
         f"{printable(title) or 'planned motion'}, {trajectory.duration:.3f} s  "
@@ -130,13 +130,13 @@ def draw_plan(
         2, 1, left=0.735, right=0.995, bottom=0.04, top=0.955, hspace=0.16, height_ratios=(2.2, 1.0)
     )
     path = ToolPath(motion.positions[[0, -1]], motion.poses)
-    draw_from_above(figure.add_subplot(views[0]), path, arm, scene)
-    draw_height(figure.add_subplot(views[1]), path, arm, scene)
+    draw_from_above(figure.add_subplot(views[0]), path, kinematics, scene)
+    draw_height(figure.add_subplot(views[1]), path, kinematics, scene)
     return figure
 
 
-def _sampled(trajectory: Trajectory, arm: Scara) -> _MotionSamples:
-    names = [limit.name for limit in arm.limits]
+def _sampled(trajectory: Trajectory, kinematics: Scara) -> _MotionSamples:
+    names = [limit.name for limit in kinematics.limits]
     if sorted(trajectory.joint_names) != sorted(names):
         raise TrajectoryError(
             f"a picture needs a trajectory of {', '.join(names)}; this one is of "
@@ -150,9 +150,9 @@ def _sampled(trajectory: Trajectory, arm: Scara) -> _MotionSamples:
     positions, velocities, accelerations = (
         values[:, order] for values in trajectory.sample_many(times)
     )
-    tool = batch.tool_motion(arm, positions, velocities, accelerations)
+    tool = batch.tool_motion(kinematics, positions, velocities, accelerations)
     return _MotionSamples(
-        times, positions, velocities, accelerations, batch.forward(arm, positions), *tool
+        times, positions, velocities, accelerations, batch.forward(kinematics, positions), *tool
     )
 
 

@@ -37,32 +37,34 @@ class ToolPath(NamedTuple):
     poses: Array
 
 
-def draw_from_above(axis: Axes, path: ToolPath, arm: Scara, scene: Scene) -> None:
+def draw_from_above(axis: Axes, path: ToolPath, kinematics: Scara, scene: Scene) -> None:
     """Draw the path of the tool, the arm at both of its ends, and the borders of the zones.
 
     Args:
         axis: Axes to draw on.
         path: Path to draw.
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         scene: Surroundings of the arm.
     """
-    l1, l2, _ = arm.geometry
-    reach = 1.2 * (l1 + l2 + math.hypot(arm.tool.x, arm.tool.y))
-    axis.update_datalim([(arm.base.x + side, arm.base.y + side) for side in (-reach, reach)])
+    l1, l2, _ = kinematics.geometry
+    reach = 1.2 * (l1 + l2 + math.hypot(kinematics.tool.x, kinematics.tool.y))
+    axis.update_datalim(
+        [(kinematics.base.x + side, kinematics.base.y + side) for side in (-reach, reach)]
+    )
     turns = np.linspace(0.0, 2.0 * np.pi, 181)
     for radius in (l1 + l2, abs(l1 - l2)):
         axis.plot(
-            arm.base.x + radius * np.cos(turns),
-            arm.base.y + radius * np.sin(turns),
+            kinematics.base.x + radius * np.cos(turns),
+            kinematics.base.y + radius * np.sin(turns),
             color="0.75",
             linewidth=1.0,
             linestyle=":",
             label="wrist's reach" if radius == l1 + l2 else None,
         )
     for zone in scene.zones:
-        _draw_border(axis, zone, arm.base)
+        _draw_border(axis, zone, kinematics.base)
     for row, color, name in ((0, "tab:green", "start"), (-1, "tab:orange", "goal")):
-        chain = _chain(arm, path.ends[row], path.poses[row])
+        chain = _chain(kinematics, path.ends[row], path.poses[row])
         axis.plot(*chain, "-o", color=color, alpha=0.45, linewidth=5.0, markersize=7.0)
         axis.plot(*chain[:, -1], "o", color=color, markersize=9.0, label=name)
     axis.plot(path.poses[:, 0], path.poses[:, 1], color="black", linewidth=2.0, label="tool")
@@ -74,26 +76,26 @@ def draw_from_above(axis: Axes, path: ToolPath, arm: Scara, scene: Scene) -> Non
     axis.legend(loc="upper center", ncols=4, fontsize=9)
 
 
-def draw_height(axis: Axes, path: ToolPath, arm: Scara, scene: Scene) -> None:
+def draw_height(axis: Axes, path: ToolPath, kinematics: Scara, scene: Scene) -> None:
     """Draw the height of the tool along its path, and the zones that it passes over or under.
 
     Args:
         axis: Axes to draw on.
         path: Path to draw.
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         scene: Surroundings of the arm.
     """
     steps = np.linalg.norm(np.diff(path.poses[:, :2], axis=0), axis=1)
     along, height = np.concatenate(((0.0,), np.cumsum(steps))), path.poses[:, 2]
     axis.plot(along, height, color="black")
-    places = _in_base(path.poses[:, :2], arm.base)
+    places = _in_base(path.poses[:, :2], kinematics.base)
     low, high = float(height.min()), float(height.max())
     if scene.table_height is not None:
-        top = arm.base.z + scene.table_height
+        top = kinematics.base.z + scene.table_height
         axis.axhline(top, color=_TABLE, linewidth=3.0)
         low, high = min(low, top), max(high, top)
     for zone in scene.zones:
-        bottom, top = (arm.base.z + edge for edge in (zone.shape.low, zone.shape.high))
+        bottom, top = (kinematics.base.z + edge for edge in (zone.shape.low, zone.shape.high))
         within = zone.shape.covers(places)
         if zone.keep_in:
             for edge in (bottom, top):
@@ -160,11 +162,13 @@ def _in_base(places: Array, base: Pose) -> Array:
     return local
 
 
-def _chain(arm: Scara, joints: Array, pose: Array) -> Array:
+def _chain(kinematics: Scara, joints: Array, pose: Array) -> Array:
     """Return column, elbow, wrist and tool in the top view, shape (2, 4)."""
-    l1, l2, _ = arm.geometry
-    first = arm.base.yaw + joints[0]
+    l1, l2, _ = kinematics.geometry
+    first = kinematics.base.yaw + joints[0]
     second = first + joints[2]
-    elbow = np.array((arm.base.x + l1 * math.cos(first), arm.base.y + l1 * math.sin(first)))
+    elbow = np.array(
+        (kinematics.base.x + l1 * math.cos(first), kinematics.base.y + l1 * math.sin(first))
+    )
     wrist = elbow + l2 * np.array((math.cos(second), math.sin(second)))
-    return np.array(((arm.base.x, arm.base.y), elbow, wrist, pose[:2])).T
+    return np.array(((kinematics.base.x, kinematics.base.y), elbow, wrist, pose[:2])).T

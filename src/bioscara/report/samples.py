@@ -1,99 +1,131 @@
-"""The samples as CSV: one row per cycle, appended during the run.
-
-Columns: ``time``, ``phase``, ``trajectory_time``, ``bus_time``, ``retries``, ``late``, then for
-each joint ``<joint>_time``, ``_reference``, ``_reference_velocity``, ``_position``,
-``_velocity``, ``_flags``, ``_quality`` and ``_load``. Units are SI (s, rad or m, rad/s or m/s),
-load is in percent, flags are the number as in the protocol; an empty cell is an unknown value.
-"""
+"""The samples of motions as numpy arrays, or as a pandas frame."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from math import isnan
-from pathlib import Path
-from typing import Self
+from array import array
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
-from bioscara.report.cycles import CycleRecord, JointRecord
-from bioscara.whole_files import AppendedFile
+import numpy as np
+import numpy.typing as npt
 
-ROW_BYTES = 420
-"""Size of a row of four joints [bytes], to estimate in advance whether the disk has room."""
+from bioscara.errors import NotSupportedError
+from bioscara.extras import pip_install
+from bioscara.kinematics import Joints
+from bioscara.report.cycles import CycleRecord, JointRecord, Phase, SampleQuality
+from bioscara.report.sample_file import header
 
+if TYPE_CHECKING:
+    import pandas
 
-def header(joint_names: Sequence[str]) -> str:
-    """Return the first line of the file, without line end."""
-    columns = ["time", "phase", "trajectory_time", "bus_time", "retries", "late"]
-    columns += [f"{name}_{column}" for name in joint_names for column in JointRecord._fields]
-    return ",".join(columns)
+Array = npt.NDArray[np.float64]
 
-
-def row(cycle: CycleRecord) -> str:
-    """Return the line of one cycle, without line end."""
-    cells = [
-        f"{cycle.start:.6f}",
-        cycle.phase.value,
-        _cell(cycle.trajectory_time),
-        _cell(cycle.bus_time),
-        str(cycle.retries),
-        _cell(cycle.late),
-    ]
-    for joint in cycle.joints:
-        cells += _joint_cells(joint)
-    return ",".join(cells)
+_NAMES = header(Joints._fields).split(",")
+_COLUMN = {name: index for index, name in enumerate(_NAMES)}
+_PHASES = tuple(Phase)
+_PHASE_NUMBER = {phase: number for number, phase in enumerate(_PHASES)}
+_QUALITIES = [quality.name.lower() for quality in SampleQuality]
 
 
-class SampleWriter:
-    """Appends rows to a file that ends with a complete row after every call, also a failed one.
+class Samples:
+    """Records the cycles of motions, as their argument ``on_cycle``.
 
-    Args:
-        path: The file; it must not exist.
-        joint_names: Names of the joints, for the header.
+    For example:
 
-    Raises:
-        OSError: The file cannot be created, or has no room for its header; then there is none.
+        samples = Samples()
+        robot.move_linear(pose, on_cycle=samples)
+        error = samples.positions - samples.references
+
+    One recording may take several motions, one after the other. Each array is a copy of the samples
+    recorded by then, and may be read in any thread while the motion runs. An hour at 100 Hz takes
+    about 120 MB.
     """
 
-    def __init__(self, path: Path, joint_names: Sequence[str]) -> None:
-        self._file = AppendedFile(path)
-        try:
-            self._file.write(f"{header(joint_names)}\n".encode())
-        except OSError:
-            self._file.close()
-            path.unlink()
-            raise
+    def __init__(self) -> None:
+        # One immutable row per cycle: appending one is atomic, so that a thread that reads the
+        # arrays never delays or disturbs the control loop.
+        self._rows: list[bytes] = []
 
-    def write(self, cycles: Iterable[CycleRecord]) -> None:
-        """Append one row per cycle and pass them to the operating system.
+    def __call__(self, cycle: CycleRecord) -> None:
+        """Record a cycle."""
+        row = array(
+            "d",
+            (
+                cycle.start,
+                _PHASE_NUMBER[cycle.phase],
+                cycle.trajectory_time,
+                cycle.bus_time,
+                cycle.retries,
+                cycle.late,
+            ),
+        )
+        for joint in cycle.joints:
+            row.extend(joint)
+        self._rows.append(row.tobytes())
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __repr__(self) -> str:
+        if not self._rows:
+            return "<Samples, empty>"
+        times = self.times
+        return f"<Samples, {len(times)} cycles in {times[-1] - times[0]:.2f} s>"
+
+    @property
+    def times(self) -> Array:
+        """Begin of each cycle [s since the robot was connected], shape (n,)."""
+        return self._table()[:, 0]
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """Part of the motion that each cycle belongs to."""
+        return tuple(_PHASES[int(number)] for number in self._table()[:, _COLUMN["phase"]])
+
+    @property
+    def positions(self) -> Array:
+        """Measured joint positions [rad, m, rad, rad], shape (n, 4); NaN if unknown."""
+        return self._of_joints("position")
+
+    @property
+    def velocities(self) -> Array:
+        """Measured joint velocities [rad/s, m/s, rad/s, rad/s], shape (n, 4)."""
+        return self._of_joints("velocity")
+
+    @property
+    def references(self) -> Array:
+        """Reference positions at the measurements, shape (n, 4); NaN where there is none.
+
+        ``positions - references`` is the tracking error.
+        """
+        return self._of_joints("reference")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a frame with one row per cycle and the columns of ``samples.csv``.
 
         Raises:
-            OSError: A row does not fit; the file ends with its last complete row.
+            NotSupportedError: pandas is not installed.
         """
-        for cycle in cycles:
-            self._file.write(f"{row(cycle)}\n".encode())
+        if find_spec("pandas") is None:
+            raise NotSupportedError(
+                f"to_pandas() needs pandas, which is not installed: {pip_install('pandas')}"
+            )
+        import pandas  # noqa: PLC0415  takes a second, and is optional
 
-    def close(self) -> None:
-        """Close the file; may be called twice."""
-        self._file.close()
+        frame = pandas.DataFrame(self._table(), columns=_NAMES)
+        frame["phase"] = [_PHASES[int(number)].value for number in frame["phase"]]
+        frame["retries"] = frame["retries"].astype(int)
+        for name in Joints._fields:
+            frame[f"{name}_flags"] = frame[f"{name}_flags"].astype(int)
+            quality = frame[f"{name}_quality"].astype(int)
+            frame[f"{name}_quality"] = [_QUALITIES[number] for number in quality]
+        return frame
 
-    def __enter__(self) -> Self:
-        return self
+    def _table(self) -> Array:
+        flat = np.frombuffer(b"".join(self._rows), dtype=np.float64)
+        return flat.reshape(-1, len(_NAMES)).copy()
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-def _joint_cells(joint: JointRecord) -> list[str]:
-    return [
-        f"{joint.time:.6f}",
-        _cell(joint.reference),
-        _cell(joint.reference_velocity),
-        _cell(joint.position),
-        _cell(joint.velocity),
-        str(joint.flags),
-        joint.quality.name.lower(),
-        _cell(joint.load),
-    ]
-
-
-def _cell(value: float) -> str:
-    return "" if isnan(value) else f"{value:.9g}"
+    def _of_joints(self, field: str) -> Array:
+        table = self._table()
+        first = _COLUMN[f"{Joints._fields[0]}_{field}"]
+        return table[:, first :: len(JointRecord._fields)]

@@ -1,61 +1,42 @@
-"""One arm with its control loop: operations are begun and stepped here, and nowhere else."""
+"""The parts of one arm that its operations use."""
 
 from __future__ import annotations
 
 import math
-import sys
 import threading
-import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack, nullcontext
-from typing import Any, TypeVar
+from typing import Any, Protocol
 
-from bioscara.arguments import flag, number, whole
+from bioscara.arguments import flag, number
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
-from bioscara.control.loop.loop import CycleReport
-from bioscara.control.loop.realtime import realtime
-from bioscara.errors import (
-    BioscaraError,
-    HardwareError,
-    InvalidArgumentError,
-    NotHomedError,
-    NotInitializedError,
-)
+from bioscara.errors import BioscaraError, InvalidArgumentError, NotHomedError
 from bioscara.kinematics import Joints
-from bioscara.planning.motions.elbow_side import ELBOW, bent
-from bioscara.planning.motions.jog_limitation import JogLimitation
-from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.connection.stack import Stack
 from bioscara.robot.operations.arbiter import Arbiter, Claim, Device
-from bioscara.robot.operations.operation import Operation
+from bioscara.robot.operations.running import Running
+from bioscara.robot.turn import Turn
 from bioscara.robot.workspace.jaw_widths import JawWidths
 from bioscara.robot.workspace.workspace import Workspace
-from bioscara.scheduling import wake_on_time
 
-T = TypeVar("T")
 
-_SWITCH_INTERVAL = 0.0005
-"""Time after which a Python thread that computes lets the loop's thread run [s]; usually 5 ms."""
+class Begun(Protocol):
+    """What one operation may know of another."""
 
-_PATIENCE = 15.0
-"""Time after which a stopped operation is at rest, or in a callback that may never return [s]."""
-_ATTEMPTS = 3
-"""Number of cycles in a row that fail, after which operations end without coming to rest: the
-joints then stop themselves, as they receive nothing."""
-_FASTEST = 1000.0
-"""Largest factor between simulated and real time that is accepted."""
-_POLL = 0.1
-"""Polling period of a thread that waits for its turn, in case it is not notified [s]."""
+    claim: Claim
+    devices: frozenset[Device]
+
+    @property
+    def name(self) -> str:
+        """Name for messages."""
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
 
 
 class Arm:
-    """Runs the operations of one arm, one at a time on each device, in one control loop.
-
-    The loop runs in the thread that executes an operation, from its first cycle to its last; or,
-    with :meth:`watch` or :meth:`run`, in one thread until the shutdown, so that faults are noticed
-    while nothing moves. An operation does not depend on it.
+    """One arm, without its control loop, which a :class:`~bioscara.robot.runner.Runner` runs.
 
     Args:
         session: Connection to the arm.
@@ -66,11 +47,13 @@ class Arm:
     Attributes:
         session: As given.
         arbiter: Admits one operation to each device.
+        turn: Which thread runs the control loop.
+        begun: The operations that have begun and not ended; of the runner.
         jaws: The widths that the gripper's jaws may have.
         bent_elbow: Position of j3 when the elbow was bent last, to either side [rad]; None if it
             was not yet.
-        observers: Called at the end of each control cycle, in the thread that runs it; must return
-            at once and raise nothing.
+        pace_homing: As given.
+        pace_motion: As given.
     """
 
     def __init__(
@@ -83,20 +66,13 @@ class Arm:
     ) -> None:
         self.session, self._workspace = session, workspace
         self.jaws = JawWidths(session.gripper, session.parameters.gripper)
-        self.arbiter = Arbiter()
+        self.arbiter, self.turn = Arbiter(), Turn()
+        self.begun: tuple[Begun, ...] = ()
         self.bent_elbow: float | None = None
         self._pauses: dict[str, str] = {}
-        self.observers: tuple[Callable[[CycleReport], object], ...] = ()
-        self._pace_homing = flag("pace_homing", pace_homing)
-        self._pace_motion = flag("pace_motion", pace_motion)
         self._speed_override = 1.0
-        self._operations: tuple[Operation[Any], ...] = ()
-        self._beginning, self._turn = threading.Lock(), threading.Condition()
-        self._stepper: threading.Thread | None = None
-        self._runner: threading.Thread | None = None
-        self._watched = False
-        self._failures = 0
-        self._priority: int | None = None
+        self.pace_homing = flag("pace_homing", pace_homing)
+        self.pace_motion = flag("pace_motion", pace_motion)
         self._arranging = threading.Lock()
 
     @property
@@ -109,15 +85,10 @@ class Arm:
         return self.session.stack
 
     @property
-    def operations(self) -> tuple[Operation[Any], ...]:
+    def operations(self) -> tuple[Begun, ...]:
         """The operations that were admitted and have not ended."""
         running = self.arbiter.running
-        return tuple([each for each in self._operations if each.claim in running])
-
-    @property
-    def limitation(self) -> JogLimitation | None:
-        """Why the running jog does not fully follow its velocity; None if it does or none runs."""
-        return next((each.limitation for each in self.operations if each.limitation), None)
+        return tuple([each for each in self.begun if each.claim in running])
 
     @property
     def workspace(self) -> Workspace:
@@ -173,7 +144,7 @@ class Arm:
         """End the pause of an author; motions continue when none is left."""
         self._pauses.pop(author, None)
 
-    def speed_of(self, operation: Operation[Any]) -> float:
+    def speed_of(self, operation: Running[Any]) -> float:
         """Return the share of the planned speed at which an operation moves now."""
         return 0.0 if self.paused or operation.paused else self._speed_override
 
@@ -183,7 +154,7 @@ class Arm:
         others = [name for author, name in self.pauses.items() if author]
         return f"resume() (paused by {', '.join(others)})" if others else "resume()"
 
-    def pause_remedy(self, operation: Operation[Any]) -> str | None:
+    def pause_remedy(self, operation: Running[Any]) -> str | None:
         """Return what ends the pause of an operation; None if it is not paused."""
         if self.paused or operation.paused:
             return self.resumption
@@ -193,7 +164,7 @@ class Arm:
         """Hold simulated time back to real time, or not, as chosen for homing and for motion."""
         clock = self.session.clock
         if isinstance(clock, PacedClock):
-            clock.paced = self._pace_homing if homing else self._pace_motion
+            clock.paced = self.pace_homing if homing else self.pace_motion
 
     def states(self) -> JointStates:
         """Return the joint states: of the last cycle while the loop runs, else read now.
@@ -204,8 +175,8 @@ class Arm:
             BioscaraError: They were released without a fault.
         """
         stack = self.stack
-        with self._turn:
-            stepped = self._stepper is not None
+        with self.turn.changed:
+            stepped = self.turn.holder is not None
             if not stepped:
                 states, now = stack.broadcaster.states, self.session.clock.now()
                 if states is None or now - states.time > 2.0 * stack.loop.period:
@@ -237,199 +208,7 @@ class Arm:
                 raise NotHomedError(f"{name} is not homed: {reason}", name)
         return Joints(*states.positions)
 
-    def begin(self, operation: Operation[Any], admit: Callable[[], object] | None = None) -> None:
-        """Claim the devices of an operation and prepare it; :meth:`step` then advances it.
-
-        Args:
-            operation: The operation.
-            admit: Called once its devices are claimed; raises to refuse it.
-
-        Raises:
-            BusyError: Another operation uses one of the devices, or this is called from a callback
-                of an operation.
-            BioscaraError: The operation is refused; nothing moves.
-        """
-        self.require_outside(operation.name)
-        try:
-            # Not the turn, which may be taken: a stop from now on must reach the operation.
-            with self._beginning:
-                self._operations = (*self._operations, operation)
-            operation.begin(self, admit)
-        except BaseException as error:
-            if not isinstance(error, Exception) and not operation.prepared:
-                operation.abandon(error)
-            self._forget_ended()
-            raise
-
-    def execute(self, operation: Operation[T]) -> T:
-        """Begin an operation and return its result at its end.
-
-        An exception that interrupts the call, such as KeyboardInterrupt, is raised once the devices
-        are at rest.
-
-        Raises:
-            BusyError: As :meth:`begin`.
-            BioscaraError: The operation was refused, or the error that ended it.
-        """
-        me, ending = threading.current_thread(), None
-        try:
-            self.begin(operation)
-        except BaseException as error:
-            if not _interrupted_after_begin(operation, error):
-                raise
-            ending = error
-            operation.interrupt(error)
-        # No call: a KeyboardInterrupt at its begin would leave the operation to itself.
-        while not operation.claim.ended:
-            try:
-                # Signals that repeat faster than a late computer ends a cycle would keep setpoints
-                # from the joints while they come to rest.
-                with nullcontext() if ending is None else exit_guard.postponed():
-                    self._take_turn(operation)
-                    while not operation.done:
-                        self.step()
-            except BaseException as error:  # noqa: BLE001  raised below
-                self._interrupt((operation,), error)
-                if not isinstance(error, Exception):
-                    ending = error
-            finally:
-                # Before any call: a KeyboardInterrupt at its begin would keep the turn.
-                if self._stepper is me:
-                    self._stepper = None
-                self._notify()
-        self._forget_ended()
-        if ending is not None:
-            # The operation may have ended just before this request to end the program.
-            raise ending
-        return operation.result()
-
-    def start(self, operation: Operation[Any]) -> None:
-        """Begin an operation, and step it in a thread of its own or in that of :meth:`watch`.
-
-        Raises:
-            BusyError: As :meth:`begin`.
-            BioscaraError: The operation is refused; nothing moves.
-        """
-        try:
-            self.begin(operation)
-            self._ensure_runner()
-        except BaseException as error:
-            if _interrupted_after_begin(operation, error):
-                operation.interrupt(error)
-                self._ensure_runner()
-            raise
-
-    @property
-    def watched(self) -> bool:
-        """Whether the control loop runs, and goes on until the shutdown."""
-        return self._watched
-
-    def watch(self, *, priority: int | None = None, real_time_factor: float = 1.0) -> None:
-        """Run the control loop in a thread of its own, in real time, until the shutdown.
-
-        Args:
-            priority: Real-time priority of the thread, 1 to 99; None for none.
-            real_time_factor: Factor by which simulated time is faster than real time.
-
-        Raises:
-            NotInitializedError: The arm is not connected.
-            InvalidArgumentError: The factor is not above zero, the time is not simulated, or the
-                priority is outside its range.
-            RealtimeError: The system does not permit the priority.
-        """
-        stack = self.stack
-        factor, clock = number("real_time_factor", real_time_factor), self.session.clock
-        if priority is not None:
-            # Here too: an error in the thread of the loop would end the loop without a message.
-            with realtime(priority := whole("priority", priority)):
-                pass
-        if not 0.0 < factor <= _FASTEST:
-            raise InvalidArgumentError(f"real_time_factor {factor:g} is outside 0 .. {_FASTEST:g}")
-        if isinstance(clock, PacedClock):
-            clock.real_time_factor = factor
-        elif factor != 1.0:
-            raise InvalidArgumentError(
-                f"real_time_factor {factor:g}: only the arm simulated in this process can be "
-                "faster than real time"
-            )
-        self._pace_homing = self._pace_motion = self._watched = True
-        self._priority = priority
-        self.pace(homing=False)
-        stack.manager.statistics.forget()
-        for controller in stack.manager.controllers:
-            controller.statistics.forget()
-        self._ensure_runner()
-
-    def run(self, ended: Callable[[], bool]) -> None:
-        """Run the control loop in this thread, also while nothing moves.
-
-        Args:
-            ended: Called each cycle; returns whether to return once no operation is left.
-        """
-        me = threading.current_thread()
-        try:
-            self._take_turn()
-            # A thread for one operation may begin after that was ended by a shutdown.
-            if self.session.connected:
-                self.stack.loop.restart()
-            while self._operations or not ended():
-                try:
-                    self.step(idle=True)
-                except BaseException as error:
-                    if not self._operations:
-                        raise
-                    self._interrupt(self._operations, error)
-        finally:
-            if self._stepper is me:
-                self._stepper = None
-            self._notify()
-
-    def step(self, *, idle: bool = False) -> None:
-        """Advance all operations and run the control cycle that they need.
-
-        Called by the thread that runs the loop.
-
-        Args:
-            idle: Whether to run a cycle even if no operation needs one.
-        """
-        ended = False
-        for operation in self._operations:
-            operation.step()
-            ended = ended or operation.done
-        if ended:
-            self._forget_ended()
-        if self._operations or idle:
-            cycle = self.stack.loop.step(self._stop_at_last)
-            self._failures = 0
-            self._watch_elbow()
-            for operation in self._operations:
-                operation.observe(cycle)
-            for observer in self.observers:
-                observer(cycle)
-
-    def _watch_elbow(self) -> None:
-        """Note to which side the elbow is bent."""
-        states = self.stack.broadcaster.states
-        if states is not None and bent(elbow := states.positions[ELBOW]):
-            self.bent_elbow = elbow
-
-    def _interrupt(self, operations: Sequence[Operation[Any]], error: BaseException) -> None:
-        """Bring operations to rest after a cycle that raised, or end them if all cycles raise."""
-        # Requests to end the program may come in a row, and cycles after them succeed.
-        self._failures += isinstance(error, Exception)
-        for operation in operations:
-            if self._failures < _ATTEMPTS:
-                operation.interrupt(error)
-            else:
-                operation.abandon(error)
-
-    def _stop_at_last(self) -> None:
-        """Step the operations that were stopped while the loop waited for its deadline."""
-        for operation in self._operations:
-            if operation.stop_unseen:
-                operation.step()
-
-    def restart_loop(self, operation: Operation[Any]) -> None:
+    def restart_loop(self, operation: Begun) -> None:
         """Begin the cycles anew after a time without them, unless the arm is moving.
 
         Args:
@@ -439,11 +218,6 @@ class Arm:
         others = [each for each in self.operations if each is not operation]
         if not any(Device.ARM in other.devices for other in others):
             self.stack.loop.restart()
-
-    @property
-    def in_callback(self) -> bool:
-        """Whether this thread runs the loop, as in a callback of an operation."""
-        return self._stepper is threading.current_thread()
 
     def require_outside(self, name: str) -> None:
         """Raise in the thread that runs the loop, which would wait for itself.
@@ -456,7 +230,7 @@ class Arm:
             NotInitializedError: The arm belongs to a parent process, where the loop runs.
         """
         self.session.maker.require()
-        if self.in_callback:
+        if self.turn.mine:
             running = self.arbiter.running or (Claim("the control loop"),)
             raise running[0].refuse(name, inside=True)
 
@@ -469,139 +243,3 @@ class Arm:
         self.session.maker.require()
         self.arbiter.stop()
         self._pauses.clear()
-
-    def connect(self) -> None:
-        """Open the bus, connect to the joints and run the first control cycle; nothing moves.
-
-        Raises:
-            LifecycleError: The arm is connected, or was shut down.
-            BioscaraError: A joint cannot be used; the bus is closed again.
-            MotionCancelledError: It was stopped; the arm is connected.
-        """
-        self.session.maker.require()
-        with self.arbiter.claimed("connecting"):
-            # First: the turn of an arm that is watched never ends.
-            self.session.require_unconnected()
-            me = threading.current_thread()
-            try:
-                self._take_turn()
-                self.session.connect(self.workspace)
-            finally:
-                if self._stepper is me:
-                    self._stepper = None
-                self._notify()
-
-    def shutdown(self) -> list[str]:
-        """Stop all operations, wait for their ends, and disable all joints.
-
-        Does nothing if that is done already.
-
-        Returns:
-            A sentence for each joint that could not be stopped or disabled.
-
-        Raises:
-            BusyError: Called from a callback of an operation that it would have to wait for.
-        """
-        self.require_outside("shutdown()")
-        with self.arbiter.seized("shutdown()"):
-            self._watched = False
-            me = threading.current_thread()
-            try:
-                self._take_turn()
-                problems = self.session.shutdown()
-                # One without devices may have begun since the last cycle: its thread waits for it.
-                for operation in self._operations:
-                    operation.abandon(
-                        NotInitializedError(f"{operation.name}: the arm was shut down")
-                    )
-                return problems
-            finally:
-                if self._stepper is me:
-                    self._stepper = None
-                self._forget_ended()
-
-    def close(self, error: BaseException | None) -> None:
-        """Shut down despite interruptions, and close the bus.
-
-        Args:
-            error: The exception that is being raised, if any; it gets the problems as a note.
-
-        Raises:
-            HardwareError: A joint could not be stopped or disabled, and there is no ``error``.
-            KeyboardInterrupt, SystemExit: It was interrupted; the joints are disabled, unless an
-                operation did not end within 15 s.
-        """
-        if self.session.maker.left:
-            return
-        problems, raised, begin = "", error, time.monotonic()
-        # While shutdown is refused, an operation is still using the bus, which stays open.
-        while self.session.connected:
-            try:
-                problems = "; ".join(self.shutdown())
-            except (KeyboardInterrupt, SystemExit) as interrupt:
-                if self.arbiter.running and time.monotonic() - begin >= _PATIENCE:
-                    raise
-                raised = interrupt
-        self.session.bus.close()
-        if problems and raised is None:
-            raise HardwareError(problems)
-        if problems and raised is not None:
-            raised.add_note(problems)
-        if raised is not None and raised is not error:
-            raise raised
-
-    def _take_turn(self, operation: Operation[Any] | None = None) -> None:
-        """Wait until no other thread runs the loop or reads the joints, or the operation ended."""
-        me = threading.current_thread()
-        with self._turn:
-            while self._stepper not in {None, me}:
-                if operation is not None and operation.done:
-                    return
-                self._turn.wait(_POLL)
-            self._stepper = me
-        wake_on_time()
-
-    def _notify(self) -> None:
-        """Wake the threads that wait for the turn or for the end of an operation."""
-        with self._turn:
-            self._turn.notify_all()
-
-    def _forget_ended(self) -> None:
-        with self._beginning:
-            self._operations = tuple([each for each in self._operations if not each.done])
-        self._notify()
-
-    def _ensure_runner(self) -> None:
-        with self._turn:
-            if self._runner is None:
-                self._runner = threading.Thread(
-                    target=self._run_in_thread, name="bioscara-arm", daemon=True
-                )
-                self._runner.start()
-
-    def _run_in_thread(self) -> None:
-        # Of the interpreter: other threads of the program then delay the loop less.
-        sys.setswitchinterval(min(sys.getswitchinterval(), _SWITCH_INTERVAL))
-        while True:
-            try:
-                with ExitStack() as conditions:
-                    if self._priority is not None:
-                        conditions.enter_context(realtime(self._priority))
-                    self.run(lambda: not self._watched)
-            except BaseException:
-                if not self._operations:
-                    # The next operation needs another thread.
-                    self._watched = False
-                    raise
-            finally:
-                with self._turn:
-                    ended = not self._operations and not self._watched
-                    if ended:
-                        self._runner = None
-            if ended:
-                return
-
-
-def _interrupted_after_begin(operation: Operation[Any], error: BaseException) -> bool:
-    """Return whether a request to end the program came when the operation had just begun."""
-    return not isinstance(error, Exception) and operation.prepared and not operation.claim.ended

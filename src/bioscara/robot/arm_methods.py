@@ -76,7 +76,7 @@ class ArmMethods(ABC):
             raise unknown_attribute(self, name)
         object.__setattr__(self, name, value)
 
-    # What an arm of this process and that of an owner do in different ways.
+    # Parts that an arm of this process and that of an owner do in different ways.
 
     @abstractmethod
     def do(
@@ -462,7 +462,7 @@ class ArmMethods(ABC):
         """The carried load, or None."""
         return self.workspace.load
 
-    # What the arm can be asked to do: a task each.
+    # The tasks of the arm.
 
     def attach(self, load: Load) -> None:
         """Declare that the tool carries a load; nothing moves.

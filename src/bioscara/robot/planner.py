@@ -162,7 +162,7 @@ class Planner:
     ) -> tuple[Pose, Pose]:
         """Return the point on an arc and its goal in the base; as :meth:`pose_of`.
 
-        The frame is that of what is given by numbers.
+        The frame is that of values given by numbers.
         """
         named = isinstance(via, str), isinstance(pose, str)
         point = self.pose_of(via, None if named == (True, False) else frame, via=True)

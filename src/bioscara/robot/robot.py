@@ -32,6 +32,7 @@ from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory
 from bioscara.robot.operations.motions.jog import Jog, Velocity
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.robot_gripper import RobotGripper
+from bioscara.robot.runner import Runner
 from bioscara.robot.simulated_faults import simulate_fault
 from bioscara.robot.tasks.task import Conditions, require_task
 from bioscara.robot.workspace.poses import TeachTable
@@ -92,6 +93,7 @@ class Robot(ArmMethods):
         session = ArmSession(bus, clock, parameters, driver, rate=rate, evidence=evidence)
         workspace = Workspace.of(parameters, reduced_speed=reduced_speed)
         self._arm = Arm(session, workspace, pace_homing=pace_homing, pace_motion=pace_motion)
+        self._runner = Runner(self._arm)
         self.gripper = RobotGripper(self.do, self._jaws)
 
     @classmethod
@@ -214,7 +216,7 @@ class Robot(ArmMethods):
     def open(self) -> Self:
         exit_guard.guard(self, self.stop)
         try:
-            self._arm.connect()
+            self._runner.connect()
         except MotionCancelledError:
             # Stopped once connected.
             self.close()
@@ -230,7 +232,7 @@ class Robot(ArmMethods):
     def _close(self, error: BaseException | None) -> None:
         try:
             with exit_guard.postponed():
-                self._arm.close(error)
+                self._runner.close(error)
         finally:
             if not self._arm.session.connected:
                 exit_guard.forget(self)
@@ -240,15 +242,15 @@ class Robot(ArmMethods):
         return self._arm.session.connected
 
     def shutdown(self) -> list[str]:
-        return self._arm.shutdown()
+        return self._runner.shutdown()
 
     @property
-    def arm(self) -> Arm:
-        """The arm that runs the operations of this robot, for programs that have their own ones."""
-        return self._arm
+    def runner(self) -> Runner:
+        """Runs the operations of this robot, for programs that have their own ones."""
+        return self._runner
 
     def watch(self, *, priority: int | None = None, real_time_factor: float = 1.0) -> None:
-        self._arm.watch(priority=priority, real_time_factor=real_time_factor)
+        self._runner.watch(priority=priority, real_time_factor=real_time_factor)
 
     def stop(self) -> None:
         self._arm.stop()
@@ -260,7 +262,7 @@ class Robot(ArmMethods):
         self._arm.resume()
 
     def simulate_fault(self, fault: str, joint: str = "", value: float | None = None) -> None:
-        simulate_fault(self._arm, fault, joint, value)
+        simulate_fault(self._runner, fault, joint, value)
 
     @property
     def parameters(self) -> ArmParameters:
@@ -277,7 +279,7 @@ class Robot(ArmMethods):
     @property
     def joints(self) -> tuple[Joint, ...]:
         """The drivers of the joints."""
-        return self._arm.session.arm.joints
+        return self._arm.session.hardware.joints
 
     @property
     def firmware(self) -> tuple[str, ...]:
@@ -300,7 +302,7 @@ class Robot(ArmMethods):
     @property
     def is_enabled(self) -> bool:
         session = self._arm.session
-        return session.connected and session.arm.state is LifecycleState.ACTIVE
+        return session.connected and session.hardware.state is LifecycleState.ACTIVE
 
     @property
     def is_moving(self) -> bool:
@@ -308,7 +310,7 @@ class Robot(ArmMethods):
 
     @property
     def jog_limitation(self) -> JogLimitation | None:
-        return self._arm.limitation
+        return self._runner.limitation
 
     @property
     def period(self) -> float:
@@ -345,7 +347,7 @@ class Robot(ArmMethods):
         self._change("table", lambda space: space.with_table(table))
 
     def _change(self, what: str, change: Callable[[Workspace], Workspace]) -> None:
-        self._arm.execute(ChangeWorkspace(f"setting {what}", change))
+        self._runner.execute(ChangeWorkspace(f"setting {what}", change))
 
     def jog(
         self,
@@ -381,9 +383,9 @@ class Robot(ArmMethods):
 
     def _carry_out(self, operation: Operation[Any], wait: bool) -> Operation[Any]:
         if flag("wait", wait):
-            self._arm.execute(operation)
+            self._runner.execute(operation)
         else:
-            self._arm.start(operation)
+            self._runner.start(operation)
         return operation
 
     def _positions(self, reason: str = "its position is unknown; home() first") -> Joints:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bioscara.errors import NotSupportedError
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import BetweenCycles
+from bioscara.robot.runner import Runner
 
 if TYPE_CHECKING:
     from bioscara.sim import Bench
@@ -29,27 +30,27 @@ def bench_of(arm: Arm) -> Bench:
     return bench  # type: ignore[no-any-return]
 
 
-def simulate_fault(arm: Arm, fault: str, joint: str, value: float | None) -> str:
+def simulate_fault(runner: Runner, fault: str, joint: str, value: float | None) -> str:
     """Let a simulated arm fail between two cycles, from any thread and also while it moves.
 
     Args:
-        arm: The arm.
+        runner: Runs the operations of the arm.
         fault: The fault, as of :meth:`bioscara.sim.Bench.apply`; likewise the next ones.
         joint: The joint; empty for faults of the whole arm.
         value: The value; None for the one that begins it.
 
     Returns:
-        What was done, in words.
+        A description of the change.
 
     Raises:
         NotSupportedError: The arm is not simulated in this process.
         InvalidArgumentError: There is no such fault or joint, or the value is not possible.
         LimitError: The value is outside its range.
     """
-    bench = bench_of(arm)
-    if arm.in_callback:
+    bench = bench_of(runner.arm)
+    if runner.arm.turn.mine:
         return bench.apply(fault, joint, value)
     work = BetweenCycles(
         "simulate_fault()", lambda _: bench.apply(fault, joint, value), frozenset()
     )
-    return arm.execute(work)
+    return runner.execute(work)

@@ -7,7 +7,7 @@ statistics.
 
 ``requests`` turns messages of ROS into values and ``messages`` turns values into messages, with the
 times of ``arm_time``. ``owner`` is the connection with its lease, ``owner_process`` an owner of the
-node's own. ``bridge`` has what all parts need of the node.
+node's own. ``bridge`` has the functions of the node that all parts share.
 
 Modules that import rclpy are imported only by ``bioscara ros``: it is no dependency.
 """

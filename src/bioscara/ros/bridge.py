@@ -54,7 +54,7 @@ class Bridge:
         return self.node.get_parameter_or(name, Parameter(name)).value
 
     def attempt(self, what: str, call: Callable[[], str | None]) -> tuple[bool, str]:
-        """Carry out what a client asks for; a refusal is in the log and the diagnostics.
+        """Carry out a client's request; a refusal is in the log and the diagnostics.
 
         Args:
             what: The request, for the log.

@@ -21,7 +21,7 @@ _LOST = (FaultKind.JOINT_LOST, FaultKind.BUS_STUCK, FaultKind.BUS_FAILED)
 
 
 class ArmHealth(NamedTuple):
-    """What a status says of the arm.
+    """The content of a status about the arm.
 
     Attributes:
         faults: Its faults.
@@ -45,7 +45,7 @@ def hardware_status(
         time: Of the status [s].
         component: The component in the description.
         value: The component of the owner.
-        arm: What the owner says of the arm.
+        arm: The arm's state from the owner.
     """
     header = messages.header(time)
     return HardwareStatus(

@@ -254,7 +254,7 @@ class ControllerManagerNode:
         """Publish a sample; an error does not keep the next ones back."""
         try:
             self._publish(sample)
-        except Exception as error:  # noqa: BLE001  of rclpy, where the node ends meanwhile
+        except Exception as error:  # noqa: BLE001  of rclpy, where the node ends at the same time
             self._log.error(f"a sample was not published: {error!r}", throttle_duration_sec=1.0)
 
     def _publish(self, sample: m.ControllersSample) -> None:
@@ -295,7 +295,7 @@ class ControllerManagerNode:
                 self._log.error(f"the controllers were not unloaded: {error}")
             self._loaded.close()
         self._owner.close()
-        # In this order ROS tells the others that the node has ended; a program that only exits is
+        # In this order ROS informs the others that the node has ended; a program that only exits is
         # taken to be there for 20 s more.
         self._ending = True
         self._executor.wake()

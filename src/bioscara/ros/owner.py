@@ -144,7 +144,7 @@ class OwnerConnection:
                 return call(robot)
             except LeaseError as error:
                 if error.holder:
-                    # It says who has to do what.
+                    # It has the cause and the remedy.
                     raise
                 robot.acquire_lease()
                 return call(robot)

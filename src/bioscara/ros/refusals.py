@@ -1,4 +1,4 @@
-"""The last request that was refused, for those who see no answer."""
+"""The last request that was refused, for clients that see no answer."""
 
 from __future__ import annotations
 

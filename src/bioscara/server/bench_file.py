@@ -1,4 +1,4 @@
-"""What an owner knows of its bench without seeing it, kept for the next owner of the arm."""
+"""The state of the bench, which an owner cannot measure, kept for the next owner of the arm."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class BenchFile:
         self._writer = ThreadPoolExecutor(1, "bioscara-bench")
 
     def restore(self, arm: Arm, declared: Scene | None) -> None:
-        """Give the arm what the last owner knew; what no file declares is not confirmed.
+        """Give the arm the state of the last owner; values that no file declares are not confirmed.
 
         Args:
             arm: The arm, with its table.
@@ -79,7 +79,7 @@ class BenchFile:
         self._kept = self._content(arm)
 
     def keep(self, arm: Arm) -> None:
-        """Begin to write what has changed, if anything has; called in each cycle."""
+        """Begin to write the changes, if there are any; called in each cycle."""
         content = self._content(arm)
         if self._path is None or all(a is b for a, b in zip(content, self._kept, strict=True)):
             return

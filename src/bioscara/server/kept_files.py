@@ -1,4 +1,4 @@
-"""Files with what clients set, poses and zones, which keep it when the owner ends."""
+"""Files with the values that clients set, poses and zones, which keep it when the owner ends."""
 
 from __future__ import annotations
 

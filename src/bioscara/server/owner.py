@@ -125,7 +125,8 @@ class Owner:
         bench: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.robot, self.name, self._arm, self._post = robot, name, robot.arm, post
+        self.robot, self.name, self._post = robot, name, post
+        self._runner, self._arm = robot.runner, robot.runner.arm
         self._simulated, self._evidence, self._clock = simulated, evidence, clock
         self._overlay = OverlayFile(overlay)
         self.events = Events(robot.clock.now)
@@ -154,14 +155,14 @@ class Owner:
         self._stopper, self._stopped = "", clock()
         self._taken = 0
         """Epoch of the last lease that another client took from its holder."""
-        self._joints = JointReports(self._arm, clock)
+        self._joints = JointReports(self._runner, clock)
         self._begin = clock()
-        self._sampler = Sampler(self._arm)
+        self._sampler = Sampler(self._runner)
         self._pauses = Pauses(self._arm, self.lease)
         self._simulation = Simulation(
             self._arm, lambda text: post(lambda: self._event("simulation", f"simulated: {text}"))
         )
-        self._controllers = ClientControllers(self._arm, self)
+        self._controllers = ClientControllers(self._runner, self)
         self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
         self.controllers_sample: m.ControllersSample | None = None
         self.controllers_wanted = False
@@ -219,7 +220,7 @@ class Owner:
         stack.loop.restart()
         self.sample = self._sampler.sample(stack.loop.step())
         self._history = StateHistory(self.sample.names, stack.loop.rate)
-        self._arm.observers = (*self._arm.observers, self.observe)
+        self._runner.observers = (*self._runner.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
         if self._arm.workspace.unconfirmed:
             words = " and ".join(self._arm.workspace.unconfirmed_words())
@@ -282,7 +283,7 @@ class Owner:
     def tick(self) -> None:
         """Do the periodic work that needs no control loop: called now and then."""
         self.expire()
-        if not self.robot.arm.watched:
+        if not self._runner.watched:
             self.report_ended()
 
     def report_ended(self, before: int | None = None) -> None:
@@ -419,7 +420,7 @@ class Owner:
             end = time.monotonic() + _REST
             for former in stopping:
                 former.wait(max(end - time.monotonic(), 0.0))
-            self._arm.begin(operation, admit)
+            self._runner.begin(operation, admit)
 
         return Later(begin, finish)
 
@@ -485,7 +486,7 @@ class Owner:
         self._event("goal_ended", text, value.client, goal=value)
 
     def _report_acknowledged(self, faults: tuple[ArmFault, ...], client: str) -> None:
-        """Report faults with their evidence, also those from which the arm recovered meanwhile."""
+        """Report faults with their evidence, also those from which the arm has recovered since."""
         self._report_faults(faults)
         for fault in faults:
             name = "none" if fault.evidence is None else fault.evidence.name
@@ -548,7 +549,7 @@ class Owner:
             return m.Done()
 
         fault, joint, value = command.fault, command.joint, command.value
-        return Later(lambda: simulate_fault(self._arm, fault, joint, value), finish)
+        return Later(lambda: simulate_fault(self._runner, fault, joint, value), finish)
 
     def _set_real_time_factor(self, client: Client, command: m.SetRealTimeFactor, _: int) -> m.Done:
         self._simulation.set_factor(command.real_time_factor, client.name)

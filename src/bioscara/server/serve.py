@@ -128,7 +128,7 @@ async def serve(
 async def _ended(robot: Robot, ended: asyncio.Event) -> bool:
     """Return when the service has to end, and whether that is because the loop has ended."""
     while not ended.is_set():
-        if not robot.arm.watched:
+        if not robot.runner.watched:
             return True
         with suppress(TimeoutError):
             await asyncio.wait_for(ended.wait(), _LOOP_CHECK)

@@ -44,7 +44,7 @@ class BenchFault(NamedTuple):
     Attributes:
         of_joint: Whether it concerns one joint.
         meaning: What fails, in words.
-        value: What the value is, in words; empty if none has an effect.
+        value: The meaning of the value, in words; empty if none has an effect.
         on: The value that begins it where none is given; NaN if one has to be given.
         off: The value that ends it; NaN if it ends after a time or by another one.
         lower: Smallest value.
@@ -103,7 +103,7 @@ class Bench:
 
     Attributes:
         faults: Those that last, oldest first; replaced as a whole, so that any thread may read it.
-        changed: Called with a sentence after a fault has ended by itself.
+        changed: Called with a sentence after the time of a fault is over.
     """
 
     def __init__(self, arm: SimulatedArm, bus: FaultyBus) -> None:
@@ -125,7 +125,7 @@ class Bench:
                 exchanges. None for the one that begins it, where it is a switch.
 
         Returns:
-            What was done, in words.
+            A description of the change.
 
         Raises:
             InvalidArgumentError: There is no such fault or joint, or a value is missing.

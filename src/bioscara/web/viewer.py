@@ -1,4 +1,4 @@
-"""The page of ``bioscara view``: it shows what a file or an observer knows, without an owner."""
+"""The page of ``bioscara view``: it shows a file or an observed arm, without an owner."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class ViewServer(PageServer):
 
     Args:
         port: TCP port; 0 for a free one.
-        viewed: What the page shows.
-        look: Looks at the arm, if it moves now.
+        viewed: The content of the page.
+        look: Observes the arm, if it moves now.
 
     Attributes:
         url: Address of the page, with a token that no file has.

@@ -20,7 +20,7 @@ from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest
 from bioscara.protocol import Flags
 from bioscara.report import CycleHistory, CycleRecord, JointRecord, Phase, SampleQuality
-from bioscara.report.samples import SampleWriter
+from bioscara.report.sample_file import SampleWriter
 
 JOINTS = (("j1", "rad"), ("j2", "m"))
 

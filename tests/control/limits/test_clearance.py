@@ -176,15 +176,6 @@ class Guarded:
         assert not self.world.supervisor.faults
         return np.array(rows)
 
-    def return_to_start(self) -> None:
-        """Stream START until the arm stands there, and release it; no controller may be active."""
-        forward = self.stream("position", START)
-        self.world.run_until(lambda: np.allclose(self.here, START), 15.0)
-        self.run(30)
-        assert np.allclose(self.here, START)
-        self.world.switch(off=(forward.name,))
-        self.run(30)
-
     def measured(self) -> list[float]:
         return [axis.position.value for axis in self.world.hardware.axes]
 
@@ -385,8 +376,8 @@ def test_a_jog_along_a_wall_and_the_hold_after_it_are_not_braked() -> None:
 
 
 def test_hold_takes_over_from_a_stream_that_had_room_to_stop() -> None:
-    arm = Guarded(WALL, speed=0.5)
     for cycles in range(20, 160, 10):
+        arm = Guarded(WALL, speed=0.5)
         arm.stream("position", BEYOND)
         arm.run(cycles)
         arm.world.switch("hold", off=("position of 4",))
@@ -394,8 +385,6 @@ def test_hold_takes_over_from_a_stream_that_had_room_to_stop() -> None:
         assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
         assert np.array_equal(rows[-1], rows[-20])
         require_gentle(rows)
-        arm.world.switch(off=("hold",))
-        arm.return_to_start()
 
 
 @pytest.mark.parametrize("windows", [(), FULL_SPEED, (0.23, 0.107)])
@@ -476,8 +465,8 @@ def test_averages_of_late_cycles_end_where_they_were_commanded(
 @pytest.mark.parametrize("windows", [(0.23, 0.107), FULL_SPEED])
 def test_a_stream_may_continue_before_the_hold_has_ended(windows: tuple[float, ...]) -> None:
     # Its average goes on for half the windows: begun in motion, it ended inside the margin.
-    arm = Guarded(WALL, windows=windows)
     for cycles, held in itertools.product(range(30, 150, 20), (1, 4, 12)):
+        arm = Guarded(WALL, windows=windows)
         arm.stream("position", BEYOND)
         arm.run(cycles)
         arm.world.switch("hold", off=("position of 4",))
@@ -486,8 +475,6 @@ def test_a_stream_may_continue_before_the_hold_has_ended(windows: tuple[float, .
         arm.forward("position").command(BEYOND)
         rows.append(arm.run(200))
         assert WALL.clearance(ARM, dense(np.concatenate(rows))).min() >= WALL.margin, (cycles, held)
-        arm.world.switch(off=("position of 4",))
-        arm.return_to_start()
 
 
 def test_jog_takes_over_from_a_stream_towards_a_wall() -> None:

@@ -257,7 +257,7 @@ def test_host2_more_than_a_twentieth_late_halves_the_speed_until_a_second_was_go
     clock = LateClock(arm.clock)
     with Robot(FirmwareBus(arm), clock, PARAMETERS, "late") as robot:
         robot.home()
-        stack = robot._arm.stack
+        stack = robot.runner.arm.stack
         slowest = [1.0]
 
         def observe(_: object) -> None:

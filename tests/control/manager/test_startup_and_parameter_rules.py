@@ -76,7 +76,7 @@ def test_rule_58_a_start_identifies_the_joints_and_energises_and_moves_nothing(v
     arm = SimulatedArm(seed=1, v1=v1, positions=NEAR)
     before = [arm.position(name) for name in NAMES]
     with start(arm) as robot:
-        assert [each.state for each in robot._arm.stack.manager.components] == [
+        assert [each.state for each in robot.runner.arm.stack.manager.components] == [
             LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED
         ]  # fmt: skip
         arm.run(1.0)
@@ -93,7 +93,7 @@ def test_rule_58_one_joint_that_does_not_answer_releases_all_and_closes_the_bus(
     robot = start(arm)
     with pytest.raises(BioscaraError, match=absent), robot:
         pass
-    assert robot._arm.session.arm.state is LifecycleState.UNCONFIGURED
+    assert robot.runner.arm.session.hardware.state is LifecycleState.UNCONFIGURED
     assert [joint.session.version for joint in robot.joints] == [0] * 4
     assert not any(arm.has_torque(name) for name in NAMES)
     with pytest.raises(BusUnavailableError, match="closed"):
@@ -106,7 +106,7 @@ def test_rule_58_one_joint_that_cannot_be_enabled_leaves_none_enabled() -> None:
         arm.set_power("j4", on=False)
         with pytest.raises(BioscaraError, match="j4"):
             robot.enable()
-        assert robot._arm.stack.arm.state is LifecycleState.INACTIVE
+        assert robot.runner.arm.stack.hardware.state is LifecycleState.INACTIVE
         assert not any(arm.has_torque(name) for name in NAMES)
         arm.set_power("j4", on=True)
 
@@ -116,7 +116,7 @@ def test_rule_58_a_gripper_without_output_is_its_own_matter() -> None:
     with start(arm) as robot:
         with pytest.raises(GripperError):
             robot.gripper.enable()
-        states = [each.state for each in robot._arm.stack.manager.components]
+        states = [each.state for each in robot.runner.arm.stack.manager.components]
         assert states == [LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED]
         robot.enable()
         assert all(arm.has_torque(name) for name in NAMES)
@@ -130,7 +130,7 @@ def test_rule_69_update_rate_suits_the_joints_unless_one_is_given(
     arm = SimulatedArm(seed=1, v1=v1, positions=NEAR)
     with Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "rate", rate=rate) as robot:
         assert robot.period == period
-        assert robot._arm.stack.manager.rate == round(1.0 / period)
+        assert robot.runner.arm.stack.manager.rate == round(1.0 / period)
 
 
 def test_rule_69_limits_are_enforced_and_exceptions_handled_always() -> None:

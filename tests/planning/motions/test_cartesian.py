@@ -45,27 +45,29 @@ angles = st.tuples(
 elbows = st.sampled_from((1.0, -1.0))
 
 
-def furthest_wrist(arm: Scara, path: Path) -> float:
+def furthest_wrist(kinematics: Scara, path: Path) -> float:
     """Return the largest distance of the wrist from the column on the path [m]."""
     poses = path.sample(np.linspace(0.0, path.length, 2001)).poses
-    offset = np.exp(1j * (poses[:, 3] - arm.tool.yaw)) * complex(arm.tool.x, arm.tool.y)
+    offset = np.exp(1j * (poses[:, 3] - kinematics.tool.yaw)) * complex(
+        kinematics.tool.x, kinematics.tool.y
+    )
     wrist = poses[:, 0] + 1j * poses[:, 1] - offset
-    return float(np.abs(wrist - complex(arm.base.x, arm.base.y)).max())
+    return float(np.abs(wrist - complex(kinematics.base.x, kinematics.base.y)).max())
 
 
-def exceeded(trajectory: Trajectory, arm: Scara, tool: ToolLimits) -> float:
+def exceeded(trajectory: Trajectory, kinematics: Scara, tool: ToolLimits) -> float:
     """Return the largest ratio of any limited quantity to its limit, on a grid of 1 ms."""
     times = np.append(np.arange(0.0, trajectory.duration, 1e-3), trajectory.duration - 1e-9)
     states = trajectory.sample_many(times)
-    velocity, acceleration = batch.tool_motion(arm, *states)
+    velocity, acceleration = batch.tool_motion(kinematics, *states)
     return max(
         *(
             float(np.abs(states[1][:, joint]).max()) / limit.max_velocity
-            for joint, limit in enumerate(arm.limits)
+            for joint, limit in enumerate(kinematics.limits)
         ),
         *(
             float(np.abs(states[2][:, joint]).max()) / limit.max_acceleration
-            for joint, limit in enumerate(arm.limits)
+            for joint, limit in enumerate(kinematics.limits)
         ),
         float(np.linalg.norm(velocity[:, :3], axis=1).max()) / tool.speed,
         float(np.linalg.norm(acceleration[:, :3], axis=1).max()) / tool.acceleration,
@@ -74,9 +76,11 @@ def exceeded(trajectory: Trajectory, arm: Scara, tool: ToolLimits) -> float:
     )
 
 
-def beside(trajectory: Trajectory, arm: Scara, path: Path) -> float:
+def beside(trajectory: Trajectory, kinematics: Scara, path: Path) -> float:
     """Return the deviation of the poses from the path [m or rad]."""
-    poses = batch.forward(arm, trajectory.sample_many(np.linspace(0, trajectory.duration, 301))[0])
+    poses = batch.forward(
+        kinematics, trajectory.sample_many(np.linspace(0, trajectory.duration, 301))[0]
+    )
     poses[:, 3] += path.sample([0.0]).poses[0, 3] - poses[0, 3]
     grid = np.linspace(0.0, path.length, 1001)
     way = path.sample(grid).poses
@@ -97,12 +101,12 @@ def test_the_line_of_the_reference_is_as_fast_as_its_dense_solution(branch: int)
     assert beside(trajectory, BARE, Line(FROM, TO)) < 1e-7
 
 
-def toppra_duration(arm: Scara, path: Path, start: Joints) -> float:
+def toppra_duration(kinematics: Scara, path: Path, start: Joints) -> float:
     """Return the duration that toppra finds for the joint path on a fine grid [s]."""
     toppra = pytest.importorskip("toppra")
     toppra.setup_logging("ERROR")
     way = np.linspace(0.0, path.length, 401)
-    spline = toppra.SplineInterpolator(way, along(arm, path.sample(way), start).joints)
+    spline = toppra.SplineInterpolator(way, along(kinematics, path.sample(way), start).joints)
     constraints = [
         toppra.constraint.JointVelocityConstraint(
             [[-x.max_velocity, x.max_velocity] for x in LIMITS]
@@ -278,28 +282,28 @@ def test_where_slowing_down_does_not_help_the_largest_speed_is_reported() -> Non
 )
 @example(TOOLED, FREE, 0.0, 1.5, (0.0, 0.25, 1.0, 1.0))
 def test_a_line_may_begin_and_end_stretched(
-    arm: Scara, tool: ToolLimits, j1: float, j4: float, turned: tuple[float, ...]
+    kinematics: Scara, tool: ToolLimits, j1: float, j4: float, turned: tuple[float, ...]
 ) -> None:
     straight = Joints(j1, 0.2, 0.0, j4)
     bent = Joints(*(a + b for a, b in zip((j1, 0.0, 0.0, j4), turned, strict=True)))
     assume(abs(bent.j3) > 0.1)
-    far, near = arm.forward(straight), arm.forward(bent)
+    far, near = kinematics.forward(straight), kinematics.forward(bent)
     for start, goal in ((straight, near), (bent, far)):
-        path = Line(arm.forward(start), goal)
+        path = Line(kinematics.forward(start), goal)
         # A tool that turns about its offset can lead the wrist outwards.
-        beyond = furthest_wrist(arm, path) - REACH
+        beyond = furthest_wrist(kinematics, path) - REACH
         if beyond > 1e-5:
             with pytest.raises(PathError, match="beyond the reach"):
-                linear(arm, start, goal, LIMITS, tool)
+                linear(kinematics, start, goal, LIMITS, tool)
             continue
         assume(beyond < 1e-9)
-        trajectory = linear(arm, start, goal, LIMITS, tool)
+        trajectory = linear(kinematics, start, goal, LIMITS, tool)
         assert trajectory.positions[0] == pytest.approx(start, abs=1e-12)
-        reached = arm.forward(trajectory.positions[-1].tolist())
+        reached = kinematics.forward(trajectory.positions[-1].tolist())
         assert max(abs(a - b) for a, b in zip(reached[:3], goal[:3], strict=True)) < 1e-9
-        assert exceeded(trajectory, arm, tool) <= 1.0 + 1e-6
+        assert exceeded(trajectory, kinematics, tool) <= 1.0 + 1e-6
         assert check(trajectory, LIMITS) == []
-        assert beside(trajectory, arm, path) < 1e-6
+        assert beside(trajectory, kinematics, path) < 1e-6
 
 
 def test_a_line_between_stretched_ends_takes_little_longer_than_one_next_to_it() -> None:

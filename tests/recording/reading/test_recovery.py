@@ -137,7 +137,7 @@ def test_a_damaged_length_costs_its_chunk_alone(
     scan = FileScan()
     found = [each.log_time // 10 for each in messages(path, scan)]
     others = [each for each in range(CHUNKS) for _ in range(EACH) if each != chunk]
-    # Without an index, what is missing at the end may never have been written.
+    # Without an index, a part that is missing at the end may never have been written.
     assert found in (others, sorted([*others, *[chunk] * EACH]))
     assert scan.complete == finished
     assert scan.damage or not (finished or chunk < CHUNKS - 1)

@@ -24,38 +24,39 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Flags
 from bioscara.sim import SimulatedArm
 from flight_records import read_record
-from robot.operations.test_arbiter import NEAR, Gate, Other, Scene
+from robot.bench import Bench, Gate, Other
+from simulated import NEAR
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Scene:
+def made(tmp_path: Path) -> Bench:
     """A robot that is not connected yet."""
-    return Scene(SimulatedArm(seed=2, positions=NEAR), tmp_path / "evidence")
+    return Bench(SimulatedArm(seed=2, positions=NEAR), tmp_path / "evidence")
 
 
-def latches(scene: Scene) -> list[bool]:
+def latches(scene: Bench) -> list[bool]:
     return [bool(joint.get_flags() & Flags.FAULT) for joint in scene.robot.joints]
 
 
-def leave_a_fault(scene: Scene) -> None:
+def leave_a_fault(scene: Bench) -> None:
     """Let a host find J3 too hot, and disconnect."""
-    with Scene(scene.arm, scene.folder).robot as before:
+    with Bench(scene.arm, scene.folder).robot as before:
         before.enable()
         scene.arm.overheat("j3")
         scene.arm.run(0.5)
         scene.arm.overheat("j3", False)
 
 
-def test_a_fault_latched_in_a_joint_before_connecting_is_a_fault_of_the_arm(made: Scene) -> None:
+def test_a_fault_latched_in_a_joint_before_connecting_is_a_fault_of_the_arm(made: Bench) -> None:
     leave_a_fault(made)
     before = made.where()
     with made.robot as robot:
         (fault,) = robot.faults
         assert (fault.kind, fault.source) == (FaultKind.OVERTEMPERATURE, "j3")
-        assert robot._arm.stack.supervisor.state is FaultState.LATCHED
+        assert robot.runner.arm.stack.supervisor.state is FaultState.LATCHED
         for call in (robot.enable, robot.home, robot.gripper.enable):
             with pytest.raises(FaultedError, match=r"OVERTEMPERATURE: j3.*acknowledge\(\)"):
                 call()
@@ -72,14 +73,14 @@ def test_a_fault_latched_in_a_joint_before_connecting_is_a_fault_of_the_arm(made
 
 
 def test_a_stalled_version_1_joint_is_a_fault_on_connecting(tmp_path: Path) -> None:
-    scene = Scene(SimulatedArm(seed=2, positions=NEAR, v1=True), tmp_path)
+    scene = Bench(SimulatedArm(seed=2, positions=NEAR, v1=True), tmp_path)
     with scene.robot as robot:
         robot.home()
         scene.arm.add_obstacle("j1", -2.5)
         with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle$"):
             robot.move_joints((-1.0, 0.3, 1.0, 1.0))
     scene.arm.clear_obstacles("j1")
-    with Scene(scene.arm, tmp_path).robot as robot:
+    with Bench(scene.arm, tmp_path).robot as robot:
         assert [(fault.kind, fault.source) for fault in robot.faults] == [(FaultKind.STALL, "j1")]
         with pytest.raises(FaultedError, match="STALL"):
             robot.home()
@@ -88,7 +89,7 @@ def test_a_stalled_version_1_joint_is_a_fault_on_connecting(tmp_path: Path) -> N
         robot.enable()
 
 
-def test_a_latched_fault_is_kept_until_its_evidence_is_written(made: Scene) -> None:
+def test_a_latched_fault_is_kept_until_its_evidence_is_written(made: Bench) -> None:
     leave_a_fault(made)
     made.folder.write_text("")
     with made.robot as robot:
@@ -116,7 +117,7 @@ def restart(arm: SimulatedArm) -> None:
     [(break_encoder, FaultKind.JOINT_FAULT), (restart, FaultKind.JOINT_RESET)],
 )
 def test_a_failure_of_a_released_joint_is_detected_and_recoverable(
-    made: Scene, happen: Callable[[SimulatedArm], None], kind: FaultKind
+    made: Bench, happen: Callable[[SimulatedArm], None], kind: FaultKind
 ) -> None:
     with made.robot as robot:
         robot.enable()
@@ -133,7 +134,7 @@ def test_a_failure_of_a_released_joint_is_detected_and_recoverable(
 
 
 def test_a_joint_that_cannot_be_enabled_is_a_recoverable_fault(tmp_path: Path) -> None:
-    made = Scene(SimulatedArm(seed=2, positions=NEAR, controllers_fed=True), tmp_path)
+    made = Bench(SimulatedArm(seed=2, positions=NEAR, controllers_fed=True), tmp_path)
     with made.robot as robot:
         made.arm.set_supply(False)
         with pytest.raises(
@@ -150,20 +151,20 @@ def test_a_joint_that_cannot_be_enabled_is_a_recoverable_fault(tmp_path: Path) -
         robot.enable()
 
 
-def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: Scene) -> None:
+def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: Bench) -> None:
     with made.robot as robot:
         robot.enable()
         with pytest.raises(LifecycleError, match="connected already"):
             robot.open()
         assert not made.bus.closed
-        assert robot._arm.stack.arm.state is LifecycleState.ACTIVE
+        assert robot.runner.arm.stack.hardware.state is LifecycleState.ACTIVE
         robot.disable()
     assert made.bus.closed
     with pytest.raises(LifecycleError, match="make another"), made.robot:
         pytest.fail("entered again")
 
 
-def test_of_two_threads_only_one_connects(made: Scene) -> None:
+def test_of_two_threads_only_one_connects(made: Bench) -> None:
     gate = made.bus.gates["other"] = Gate()
     first = Other(made.robot.__enter__)
     gate.reached()
@@ -176,7 +177,7 @@ def test_of_two_threads_only_one_connects(made: Scene) -> None:
     made.robot.__exit__(None, None, None)
 
 
-def test_a_stop_while_connecting_leaves_the_robot_disconnected(made: Scene) -> None:
+def test_a_stop_while_connecting_leaves_the_robot_disconnected(made: Bench) -> None:
     gate = made.bus.gates["other"] = Gate()
     other = Other(made.robot.__enter__)
     gate.reached()
@@ -187,7 +188,7 @@ def test_a_stop_while_connecting_leaves_the_robot_disconnected(made: Scene) -> N
 
 
 def test_systemd_is_notified_on_connecting_and_on_each_reading(
-    made: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    made: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def heard() -> list[bytes]:
         told = []
@@ -210,8 +211,8 @@ def test_systemd_is_notified_on_connecting_and_on_each_reading(
             assert heard() == [b"WATCHDOG=1"]
 
 
-def test_warnings_are_reported(made: Scene) -> None:
+def test_warnings_are_reported(made: Bench) -> None:
     with made.robot as robot:
         assert robot.warnings == ()
-        robot._arm.stack.supervisor.warnings.append("slow")
+        robot.runner.arm.stack.supervisor.warnings.append("slow")
         assert robot.warnings == ("slow",)

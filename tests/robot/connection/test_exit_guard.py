@@ -49,11 +49,7 @@ def begin(start: Start, arm: Path, folder: Path) -> Callable[..., subprocess.Pop
 
     def begun(kind: str, says: str = "moving", **options: object) -> subprocess.Popen[str]:
         process = start(
-            "-m",
-            ended_program.__name__,
-            kind,
-            str(arm),
-            cold=True,
+            *("-m", ended_program.__name__, kind, str(arm)),
             cwd=folder,
             env=environment(TMPDIR=str(folder)),
             stderr=subprocess.PIPE,
@@ -84,10 +80,8 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
 @pytest.mark.parametrize(
     ("kind", "number"),
     [
-        ("in_a_with_that_waits", signal.SIGTERM),
         ("in_a_with_that_sleeps", signal.SIGTERM),
         ("waiting_for_the_result", signal.SIGTERM),
-        ("opened", signal.SIGTERM),
         ("watched", signal.SIGTERM),
         # Both signals have one handler, so one program shows that this one has it too.
         ("opened", signal.SIGHUP),
@@ -111,7 +105,7 @@ def test_host10_a_signal_in_mid_motion_releases_the_arm_at_rest(
 def test_host10_a_program_that_ends_without_close_releases_the_arm_at_rest(
     begin: Start, arm: Path, folder: Path, kind: str, status: int, message: str
 ) -> None:
-    returned, errors = ended(begin(kind))
+    returned, errors = ended(begin(kind, cold=True))
     assert returned == status
     assert errors.rpartition("    raise ")[2].rpartition("\n\n")[2].endswith(message)
     assert ("Traceback" in errors) == (message != "")
@@ -122,10 +116,8 @@ def test_host10_a_program_that_ends_without_close_releases_the_arm_at_rest(
     ("kind", "number"),
     [
         ("in_a_with_that_waits", signal.SIGTERM),
-        ("opened", signal.SIGTERM),
         ("returning", signal.SIGTERM),
         # As of a key that is held.
-        ("in_a_with_that_waits", signal.SIGINT),
         ("opened", signal.SIGINT),
     ],
     ids=lambda each: getattr(each, "name", None),
@@ -133,7 +125,7 @@ def test_host10_a_program_that_ends_without_close_releases_the_arm_at_rest(
 def test_signals_that_repeat_end_nothing_before_the_arm_is_released(
     begin: Start, arm: Path, folder: Path, kind: str, number: signal.Signals
 ) -> None:
-    process = begin(kind)
+    process = begin(kind, cold=True)
     sent_until = time.monotonic() + LIMIT
     while process.poll() is None:
         assert time.monotonic() < sent_until
@@ -162,7 +154,9 @@ def test_a_program_handles_its_signals_itself_if_it_did_before(
 
 
 def test_a_hangup_that_is_ignored_stays_ignored(begin: Start, arm: Path, folder: Path) -> None:
-    process = begin("opened", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process = begin(
+        "opened", cold=True, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    )
     process.send_signal(signal.SIGHUP)
     time.sleep(0.3)
     assert process.poll() is None

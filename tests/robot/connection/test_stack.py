@@ -56,7 +56,7 @@ def test_each_value_arrives_at_its_controller(tmp_path: Path, v1: bool, rate: in
     limits = {joint.name: joint.max_acceleration for joint in arm.joints}
     spans = {joint.name: joint.upper - joint.lower for joint in arm.joints}
     with Robot.simulated(arm, v1=v1, evidence=tmp_path) as robot:
-        stack = robot._arm.stack
+        stack = robot.runner.arm.stack
         assert stack.manager.rate == rate
         following, homing = stack.trajectory.parameters, stack.homing.parameters
         assert not following.allow_partial_joints_goal

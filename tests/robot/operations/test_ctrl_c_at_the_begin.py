@@ -10,8 +10,8 @@ from types import CodeType, FrameType
 import pytest
 
 from bioscara import Robot
-from bioscara.robot.arm import Arm
 from bioscara.robot.operations.operation import Operation
+from bioscara.robot.runner import Runner
 from served import HALF, eventually, own_robot
 from simulated import simulated_bus
 
@@ -65,14 +65,14 @@ def interrupted(call: Callable[[], object], number: int, codes: set[CodeType]) -
 
 @pytest.mark.parametrize("wait", [True, False])
 def test_ctrl_c_at_any_call_of_the_begin_leaves_nothing_running(robot: Robot, wait: bool) -> None:
-    begin = Arm.execute if wait else Arm.start
-    codes = {each.__code__ for each in (begin, Arm.begin, Operation.begin)}
+    begin = Runner.execute if wait else Runner.start
+    codes = {each.__code__ for each in (begin, Runner.begin, Operation.begin)}
     for number in range(CALLS):
-        if not interrupted(lambda: robot.move_joints(NEAR, wait=wait), number, codes):
+        goal = HALF if number % 2 else NEAR
+        if not interrupted(lambda goal=goal: robot.move_joints(goal, wait=wait), number, codes):
             break
         if not wait:
             eventually(lambda: not robot.is_moving, what=f"the arm rests after {number}")
         assert not robot.is_moving, number
-        assert robot.arm.operations == (), number
-        robot.move_joints(HALF)
+        assert robot.runner.arm.operations == (), number
     assert number > 10

@@ -34,21 +34,21 @@ def test_a_slow_disk_adds_no_fault_to_that_of_a_motion_in_a_loop_that_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with homed_robot(tmp_path, (0.0, 0.2, 0.0, 0.0)) as made:
-        arm, robot = made.robot._arm, made.robot
+        arm, runner, robot = made.robot.runner.arm, made.robot.runner, made.robot
         moments = slow_disk(made, monkeypatch)
         motion = FollowTrajectory("move", lambda planner: planner.move_joints(GOAL))
-        arm.begin(motion)
+        runner.begin(motion)
         for cycle in range(2000):
             if cycle == 50:
                 error = FollowingError("it is off", "j1", 1.0, 0.5)
                 arm.stack.supervisor.fault(error, "j1", made.arm.now())
-            arm.step(idle=True)
+            runner.step(idle=True)
             if motion.done and cycle > 200:
                 break
         assert motion.done
         assert len(moments) == 1, "the evidence is written once"
         for _ in range(20):
-            arm.step(idle=True)
+            runner.step(idle=True)
         assert [fault.kind for fault in robot.faults] == [FaultKind.FOLLOWING_ERROR]
         assert len(list(tmp_path.glob("*.mcap"))) == 1
 
@@ -57,17 +57,17 @@ def test_a_slow_disk_adds_no_fault_to_one_that_is_acknowledged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with homed_robot(tmp_path, (0.0, 0.2, 0.0, 0.0)) as made:
-        arm, robot = made.robot._arm, made.robot
+        arm, runner, robot = made.robot.runner.arm, made.robot.runner, made.robot
         moments = slow_disk(made, monkeypatch)
         error = FollowingError("it is off", "j1", 1.0, 0.5)
         arm.stack.supervisor.fault(error, "j1", made.arm.now())
         acknowledge = Acknowledge()
-        arm.begin(acknowledge)
+        runner.begin(acknowledge)
         while not acknowledge.done:
-            arm.step(idle=True)
+            runner.step(idle=True)
         assert len(moments) == 1
         for _ in range(20):
-            arm.step(idle=True)
+            runner.step(idle=True)
         assert [fault.kind for fault in robot.faults] == [FaultKind.FOLLOWING_ERROR]
         robot.recover()
         robot.enable()

@@ -29,22 +29,19 @@ from bioscara.errors import (
     ZoneError,
 )
 from bioscara.hardware import GripperHardware
-from bioscara.model import load_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot.operations.between_cycles import BetweenCycles, between_cycles
+from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
 from bioscara.robot.operations.motions.home import Home
 from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.motions.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.running import Status
-from bioscara.sim import FirmwareBus, SimulatedArm
-from robot.operations.test_arbiter import GOAL, LONG, START, Gate, Other, Scene
-from simulated import NEAR
+from robot.bench import GOAL, LONG, START, Bench, Gate, Other
+from simulated import ARM, simulated_bus
 
-ARM = load_parameters()
 T = TypeVar("T")
 CLEAR_IF_CLOSED = (0.0, 0.0539, -2.2885, -1.0958)
 """A position that is free with the gripper closed, not with it open."""
@@ -54,15 +51,15 @@ BEFORE_IT = (0.0, 0.0539, 0.0, 0.0)
 class Way:
     """A robot, and one of the ways in which its operations are stepped."""
 
-    def __init__(self, scene: Scene, *, watched: bool) -> None:
+    def __init__(self, scene: Bench, *, watched: bool) -> None:
         self.scene, self.robot, self.watched = scene, scene.robot, watched
 
     def run(self, operation: Operation[T]) -> T:
         """Carry out an operation to its end and return its result."""
-        arm = self.robot._arm
+        runner = self.robot.runner
         if not self.watched:
-            return arm.execute(operation)
-        arm.start(operation)
+            return runner.execute(operation)
+        runner.start(operation)
         return operation.result(LONG)
 
     def pass_time(self) -> None:
@@ -123,21 +120,15 @@ def until(condition: Callable[[], object]) -> None:
         time.sleep(1e-3)
 
 
-@pytest.fixture(scope="module")
-def arm() -> SimulatedArm:
-    made = SimulatedArm(seed=2, positions=NEAR)
-    with Robot(FirmwareBus(made), made.clock, ARM, "homing") as robot:
-        robot.home()
-    return made
-
-
 @contextmanager
-def connected(arm: SimulatedArm, folder: Path, *, watched: bool) -> Iterator[Way]:
-    scene = Scene(arm, folder)
+def connected(
+    folder: Path, *, watched: bool, homed: bool = True, at: tuple[float, ...] = START
+) -> Iterator[Way]:
+    scene = Bench(simulated_bus(seed=2, homed=homed, at=at).arm, folder)
     with scene.robot as robot:
-        if not math.isnan(robot.state.positions[0]):
+        if homed:
             robot.gripper.move(0.05)
-            robot.move_joints(START)
+            robot.move_joints(at)
         if watched:
             robot.watch()
         yield Way(scene, watched=watched)
@@ -147,15 +138,26 @@ BOTH = pytest.mark.parametrize("watched", [False, True], ids=["in its caller", "
 
 
 @pytest.fixture(params=[False, True], ids=["in its caller", "watched"])
-def way(request: pytest.FixtureRequest, arm: SimulatedArm, tmp_path: Path) -> Iterator[Way]:
-    with connected(arm, tmp_path, watched=request.param) as made:
+def watched(request: pytest.FixtureRequest) -> bool:
+    return bool(request.param)
+
+
+@pytest.fixture
+def way(watched: bool, tmp_path: Path) -> Iterator[Way]:
+    with connected(tmp_path, watched=watched) as made:
         yield made
 
 
-@pytest.fixture(params=[False, True], ids=["in its caller", "watched"])
-def unhomed(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Way]:
-    fresh = SimulatedArm(seed=2, positions=NEAR)
-    with connected(fresh, tmp_path, watched=request.param) as made:
+@pytest.fixture
+def narrow(watched: bool, tmp_path: Path) -> Iterator[Way]:
+    """Stands in front of a place that is free only with the jaws closed."""
+    with connected(tmp_path, watched=watched, at=BEFORE_IT) as made:
+        yield made
+
+
+@pytest.fixture
+def unhomed(watched: bool, tmp_path: Path) -> Iterator[Way]:
+    with connected(tmp_path, watched=watched, homed=False) as made:
         yield made
 
 
@@ -240,7 +242,7 @@ def test_the_jaws_move_while_the_arm_moves(way: Way) -> None:
 
     def observe(record: CycleRecord) -> None:
         at(record)
-        together.append(len(way.robot._arm.operations))
+        together.append(len(way.robot.runner.arm.operations))
 
     way.run(move(on_cycle=observe))
     assert jaws[0].result(LONG).reached_goal
@@ -266,21 +268,20 @@ def test_the_jaws_do_not_move_during_a_jog(way: Way) -> None:
 
 @pytest.mark.parametrize("on_the_ramp", [False, True])
 def test_jaws_that_would_touch_the_arm_later_in_its_motion_do_not_move(
-    way: Way, on_the_ramp: bool
+    narrow: Way, on_the_ramp: bool
 ) -> None:
     """Also not where a ramp to the start of a trajectory would be too narrow."""
-    way.run(move(BEFORE_IT))
     refused: list[BaseException] = []
 
     def begin() -> None:
         with pytest.raises(ZoneError, match="jaws comes too near") as error:
-            way.robot.gripper.move(0.11)
+            narrow.robot.gripper.move(0.11)
         refused.append(error.value)
 
     at, goal = At(cycle_5=elsewhere(begin)), CLEAR_IF_CLOSED
     if on_the_ramp:
         # From beyond the narrow place back: the trajectory itself is free at every width.
-        way.run(move(CLEAR_IF_CLOSED))
+        narrow.run(move(CLEAR_IF_CLOSED))
         names = tuple(joint.name for joint in ARM.joints)
         goal = BEFORE_IT
         stand = Trajectory(names, (0.0, 0.5), (goal, goal))
@@ -289,29 +290,24 @@ def test_jaws_that_would_touch_the_arm_later_in_its_motion_do_not_move(
         )
     else:
         motion = move(goal, on_cycle=at)
-    way.run(motion)
+    narrow.run(motion)
     assert refused
-    assert way.robot.state.positions == pytest.approx(goal, abs=2e-3)
-    assert way.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
-    way.run(move(BEFORE_IT))
-    way.run(MoveGripper(0.11))
-    way.run(MoveGripper(0.05))
+    assert narrow.robot.state.positions == pytest.approx(goal, abs=2e-3)
+    assert narrow.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
 
 
-def test_a_motion_keeps_clear_of_jaws_that_are_opening(way: Way) -> None:
-    way.run(move(BEFORE_IT))
+def test_a_motion_keeps_clear_of_jaws_that_are_opening(narrow: Way) -> None:
     refused: list[BaseException] = []
 
     def begin() -> None:
         with pytest.raises(ZoneError, match="jaws comes too near") as error:
-            way.robot.move_joints(CLEAR_IF_CLOSED)
+            narrow.robot.move_joints(CLEAR_IF_CLOSED)
         refused.append(error.value)
 
-    way.run(MoveGripper(0.11, on_cycle=At(cycle_1=elsewhere(begin))))
+    narrow.run(MoveGripper(0.11, on_cycle=At(cycle_1=elsewhere(begin))))
     assert refused
-    way.run(MoveGripper(0.05))
-    way.run(move(CLEAR_IF_CLOSED))
-    way.run(move(BEFORE_IT))
+    narrow.run(MoveGripper(0.05))
+    narrow.run(move(CLEAR_IF_CLOSED))
 
 
 def after(
@@ -340,33 +336,29 @@ def test_the_arm_begins_to_move_right_after_the_jaws(way: Way) -> None:
 
 @pytest.mark.parametrize("seam", [(MoveGripper, "prepare"), (GripperHardware, "keep")])
 def test_a_motion_that_begins_before_the_jaws_move_keeps_clear_of_their_travel(
-    way: Way, seam: tuple[type, str], monkeypatch: pytest.MonkeyPatch
+    narrow: Way, seam: tuple[type, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    way.run(move(BEFORE_IT))
     refused: list[BaseException] = []
 
     def begin() -> None:
         with pytest.raises(ZoneError, match="jaws comes too near") as error:
-            way.robot.move_joints(CLEAR_IF_CLOSED)
+            narrow.robot.move_joints(CLEAR_IF_CLOSED)
         refused.append(error.value)
 
     after(monkeypatch, seam, begin)
-    way.run(MoveGripper(0.11))
+    narrow.run(MoveGripper(0.11))
     assert refused
-    way.run(MoveGripper(0.05))
-    way.run(move(CLEAR_IF_CLOSED))
-    way.run(move(BEFORE_IT))
 
 
-def test_jaws_that_were_stopped_before_they_moved_count_as_where_they_were(way: Way) -> None:
+def test_jaws_that_were_stopped_before_they_moved_count_as_where_they_were(narrow: Way) -> None:
     jaws = MoveGripper(0.11)
-    way.robot._arm.begin(jaws)
-    assert way.robot.gripper.widths == pytest.approx((0.05, 0.11), abs=1e-6)
+    narrow.robot.runner.begin(jaws)
+    assert narrow.robot.gripper.widths == pytest.approx((0.05, 0.11), abs=1e-6)
     jaws.cancel()
-    way.run(move(CLEAR_IF_CLOSED[:1] + BEFORE_IT[1:]))
+    narrow.run(move(CLEAR_IF_CLOSED[:1] + BEFORE_IT[1:]))
     with pytest.raises(MotionCancelledError):
         jaws.result(LONG)
-    assert way.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
+    assert narrow.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
 
 
 def test_the_arm_does_not_wait_for_the_disk_that_stores_the_width(
@@ -378,7 +370,7 @@ def test_the_arm_does_not_wait_for_the_disk_that_stores_the_width(
         until(lambda: motion.progress > 0.2)
         keep(self, width)
 
-    after(monkeypatch, (MoveGripper, "prepare"), lambda: way.robot._arm.start(motion))
+    after(monkeypatch, (MoveGripper, "prepare"), lambda: way.robot.runner.start(motion))
     monkeypatch.setattr(GripperHardware, "keep", slowly)
     assert way.run(MoveGripper(0.09)).reached_goal
     motion.result(LONG)
@@ -386,16 +378,16 @@ def test_the_arm_does_not_wait_for_the_disk_that_stores_the_width(
 
 
 def test_jaws_that_were_not_driven_do_not_open_against_the_arm_that_just_moves_off(
-    way: Way, monkeypatch: pytest.MonkeyPatch
+    narrow: Way, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    way.run(move(CLEAR_IF_CLOSED))
-    way.robot.gripper.disable()
+    narrow.run(move(CLEAR_IF_CLOSED))
+    narrow.robot.gripper.disable()
     motion = move(BEFORE_IT)
-    after(monkeypatch, (MoveGripper, "prepare"), lambda: way.robot._arm.start(motion))
+    after(monkeypatch, (MoveGripper, "prepare"), lambda: narrow.robot.runner.start(motion))
     with pytest.raises(ZoneError, match="jaws comes too near"):
-        way.run(MoveGripper(0.11))
+        narrow.run(MoveGripper(0.11))
     motion.result(LONG)
-    assert way.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
+    assert narrow.robot.gripper.widths == pytest.approx((0.05, 0.05), abs=1e-6)
 
 
 def test_a_paused_motion_comes_to_rest_on_its_path_and_continues_from_there(way: Way) -> None:
@@ -472,9 +464,10 @@ def test_a_cancelled_motion_ends_at_rest_and_its_result_is_the_reason(way: Way) 
     way.goes_on()
 
 
-@pytest.mark.parametrize("how", ["cancel", "stop"])
-@pytest.mark.parametrize("whose", ["its own", "of the robot"])
-def test_a_stop_ends_a_pause(way: Way, how: str, whose: str) -> None:
+@pytest.mark.parametrize(
+    ("whose", "how"), [("its own", "stop"), ("of the robot", "cancel"), ("of the robot", "stop")]
+)
+def test_a_stop_ends_a_pause(way: Way, whose: str, how: str) -> None:
     def pause() -> None:
         (way.robot.pause if whose == "of the robot" else motion.pause)()
 
@@ -556,7 +549,7 @@ def test_after_its_end_a_motion_cannot_be_paused_or_changed(way: Way) -> None:
 def test_a_running_motion_is_not_begun_again_and_goes_on(way: Way) -> None:
     def again() -> None:
         with pytest.raises(LifecycleError, match="was begun already"):
-            way.robot._arm.execute(motion)
+            way.robot.runner.execute(motion)
 
     motion = move(on_cycle=At(cycle_30=elsewhere(again)))
     way.run(motion)
@@ -659,12 +652,17 @@ CALLS: dict[str, Callable[[Robot, Operation[Any]], object]] = {
 }
 
 
-@pytest.mark.parametrize("name", CALLS)
-def test_a_callback_that_would_wait_for_its_own_motion_is_refused(way: Way, name: str) -> None:
-    motion = move(on_cycle=At(cycle_50=lambda: CALLS[name](way.robot, motion)))
-    with pytest.raises(BusyError, match="refused inside move_joints") as refused:
+def test_a_callback_that_would_wait_for_its_own_motion_is_refused(way: Way) -> None:
+    def call() -> None:
+        for name, each in CALLS.items():
+            with pytest.raises(BusyError, match="refused inside move_joints") as refused:
+                each(way.robot, motion)
+            assert str(refused.value).startswith(name)
+        CALLS["home()"](way.robot, motion)
+
+    motion = move(on_cycle=At(cycle_50=call))
+    with pytest.raises(BusyError, match=r"home\(\) refused inside move_joints"):
         way.run(motion)
-    assert str(refused.value).startswith(name)
     way.goes_on()
 
 
@@ -681,12 +679,10 @@ def test_waiting_for_a_motion_can_end_before_it(way: Way) -> None:
 
 
 @pytest.mark.parametrize("how", ["in the motion", "for its result"])
-def test_ctrl_c_while_another_thread_moves_the_arm_stops_it(
-    arm: SimulatedArm, tmp_path: Path, how: str
-) -> None:
+def test_ctrl_c_while_another_thread_moves_the_arm_stops_it(tmp_path: Path, how: str) -> None:
     main = threading.main_thread().ident
     assert main is not None
-    with connected(arm, tmp_path, watched=True) as way:
+    with connected(tmp_path, watched=True) as way:
         at = At(cycle_100=lambda: signal.pthread_kill(main, signal.SIGINT))
         wait = how == "in the motion"
         with pytest.raises(KeyboardInterrupt):
@@ -703,7 +699,7 @@ def entering(function: str, act: Callable[[], object]) -> Iterator[None]:
     """Act where this thread enters a function for the first time."""
 
     def trace(frame: FrameType, event: str, _: object) -> None:
-        if frame.f_code.co_name == function:
+        if frame.f_code.co_qualname.endswith(function):
             sys.settrace(None)
             act()
 
@@ -715,22 +711,20 @@ def entering(function: str, act: Callable[[], object]) -> Iterator[None]:
         sys.settrace(before)
 
 
-@pytest.mark.parametrize("where", ["_take_turn", "_end", "_call_back", "_notify", "_forget_ended"])
-def test_ctrl_c_in_the_moment_in_which_a_motion_ends_is_raised(
-    arm: SimulatedArm, tmp_path: Path, where: str
-) -> None:
+@pytest.mark.parametrize(
+    "where", ["Turn.take", "._end", "._call_back", "Turn.notify", "._forget_ended"]
+)
+def test_ctrl_c_in_the_moment_in_which_a_motion_ends_is_raised(tmp_path: Path, where: str) -> None:
     def press() -> None:
         raise KeyboardInterrupt
 
-    with connected(arm, tmp_path, watched=False) as way:
+    with connected(tmp_path, watched=False) as way:
         with entering(where, press), pytest.raises(KeyboardInterrupt):
             way.run(move())
         way.goes_on()
 
 
-def test_a_signal_that_ends_a_motion_before_it_began_is_raised(
-    arm: SimulatedArm, tmp_path: Path
-) -> None:
+def test_a_signal_that_ends_a_motion_before_it_began_is_raised(tmp_path: Path) -> None:
     # Its handler stops the motion, which another thread ends before the handler raises.
     def end() -> None:
         way.robot.stop()
@@ -738,8 +732,8 @@ def test_a_signal_that_ends_a_motion_before_it_began_is_raised(
         raise SystemExit(143)
 
     motion = move()
-    with connected(arm, tmp_path, watched=False) as way:
-        with entering("_take_turn", end), pytest.raises(SystemExit, match="143"):
+    with connected(tmp_path, watched=False) as way:
+        with entering("Turn.take", end), pytest.raises(SystemExit, match="143"):
             way.run(motion)
         assert motion.status is Status.CANCELLED
         way.goes_on()
@@ -756,30 +750,29 @@ def test_joints_may_be_disabled_and_enabled_while_the_jaws_move(way: Way) -> Non
 
 
 def test_a_motion_ends_if_no_cycle_can_run_any_more(
-    arm: SimulatedArm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(_: float) -> None:
         raise OSError("the clock is broken")
 
-    with connected(arm, tmp_path, watched=False) as way:
-        at = At(cycle_30=lambda: monkeypatch.setattr(arm.clock, "sleep_until", fail))
+    with connected(tmp_path, watched=False) as way:
+        clock = way.scene.arm.clock
+        at = At(cycle_30=lambda: monkeypatch.setattr(clock, "sleep_until", fail))
         with pytest.raises(OSError, match="the clock is broken"):
             way.run(move(on_cycle=at))
         monkeypatch.undo()
         # Without setpoints the joints have stopped themselves.
         way.pass_time()
         assert way.scene.speed() < 0.02
-        assert [len(at.records), way.robot.arm.operations] == [30, ()]
+        assert [len(at.records), way.robot.runner.arm.operations] == [30, ()]
         assert way.robot.acknowledge()
         way.robot.recover()
         way.goes_on()
 
 
 def test_a_fault_of_a_standing_arm_is_noticed_while_it_is_watched(tmp_path: Path) -> None:
-    arm = SimulatedArm(seed=2, positions=NEAR)
-    with connected(arm, tmp_path, watched=True) as way:
-        robot = way.robot
-        robot.home()
+    with connected(tmp_path, watched=True) as way:
+        robot, arm = way.robot, way.scene.arm
         arm.set_power("j2", False)
         until(lambda: robot.faults)
         assert robot.faults[0].source == "j2"
@@ -797,9 +790,7 @@ def test_a_fault_of_a_standing_arm_is_noticed_while_it_is_watched(tmp_path: Path
 
 
 @BOTH
-def test_a_motion_can_be_awaited_by_two_tasks(
-    arm: SimulatedArm, tmp_path: Path, watched: bool
-) -> None:
+def test_a_motion_can_be_awaited_by_two_tasks(tmp_path: Path, watched: bool) -> None:
     async def wait_for(motion: Operation[None]) -> Status:
         await motion
         return motion.status
@@ -810,14 +801,14 @@ def test_a_motion_can_be_awaited_by_two_tasks(
         assert told == [Status.SUCCEEDED, Status.SUCCEEDED]
         assert await motion is None, "it has ended"
 
-    with connected(arm, tmp_path, watched=watched) as way:
+    with connected(tmp_path, watched=watched) as way:
         asyncio.run(asyncio.wait_for(main(way.robot), LONG))
         assert way.robot.state.positions == pytest.approx(GOAL, abs=2e-3)
 
 
 @BOTH
 def test_cancelling_a_task_that_awaits_a_motion_first_brings_the_arm_to_rest(
-    arm: SimulatedArm, tmp_path: Path, watched: bool
+    tmp_path: Path, watched: bool
 ) -> None:
     """However often it is cancelled; another task that awaits the motion gets its error."""
 
@@ -847,19 +838,19 @@ def test_cancelling_a_task_that_awaits_a_motion_first_brings_the_arm_to_rest(
             await tasks[1]
         assert at.speed() == 0.0
 
-    with connected(arm, tmp_path, watched=watched) as way:
+    with connected(tmp_path, watched=watched) as way:
         asyncio.run(asyncio.wait_for(main(way.robot), LONG))
         way.goes_on()
 
 
 @BOTH
 def test_a_motion_goes_on_when_the_event_loop_of_a_task_is_closed(
-    arm: SimulatedArm, tmp_path: Path, watched: bool
+    tmp_path: Path, watched: bool
 ) -> None:
     async def wait_for(motion: Operation[None]) -> None:
         await motion
 
-    with connected(arm, tmp_path, watched=watched) as way:
+    with connected(tmp_path, watched=watched) as way:
         gate, loop = Gate(), asyncio.new_event_loop()
         motion = way.robot.move_joints(GOAL, on_cycle=At(cycle_30=gate.wait), wait=False)
         others = threading.Event()
@@ -879,10 +870,9 @@ def test_a_motion_goes_on_when_the_event_loop_of_a_task_is_closed(
 def test_a_lost_joint_fails_the_motion_with_the_error_of_the_joint(
     tmp_path: Path, watched: bool
 ) -> None:
-    arm = SimulatedArm(seed=2, positions=NEAR)
-    with connected(arm, tmp_path, watched=watched) as way:
-        way.run(Home())
-        motion = move(START, on_cycle=At(cycle_30=lambda: arm.set_power("j2", False)))
+    with connected(tmp_path, watched=watched) as way:
+        arm = way.scene.arm
+        motion = move(on_cycle=At(cycle_30=lambda: arm.set_power("j2", False)))
         with pytest.raises(JointLostError, match="j2"):
             way.run(motion)
         assert motion.status is Status.FAILED
@@ -895,23 +885,23 @@ def test_a_lost_joint_fails_the_motion_with_the_error_of_the_joint(
 def test_work_between_cycles_that_do_not_come_is_refused() -> None:
     with Robot.simulated(homed=True) as robot:
         robot.watch()
-        assert between_cycles(robot.arm, "a question", lambda: 3) == 3
+        assert robot.runner.between_cycles("a question", lambda: 3) == 3
     with pytest.raises(NotInitializedError, match="the robot was closed"):
-        between_cycles(robot.arm, "a question", lambda: 3)
+        robot.runner.between_cycles("a question", lambda: 3)
 
 
 def test_work_between_cycles_ends_with_the_shutdown(monkeypatch: pytest.MonkeyPatch) -> None:
     question = BetweenCycles("a question", lambda _: 3, frozenset())
     with Robot.simulated(homed=True) as robot:
-        shutdown = robot.arm.session.shutdown
+        shutdown = robot.runner.arm.session.shutdown
 
         def late() -> list[str]:
             # Begun by another thread when no cycle comes any more.
-            thread = threading.Thread(target=robot.arm.begin, args=(question,))
+            thread = threading.Thread(target=robot.runner.begin, args=(question,))
             thread.start()
             thread.join()
             return shutdown()
 
-        monkeypatch.setattr(robot.arm.session, "shutdown", late)
+        monkeypatch.setattr(robot.runner.arm.session, "shutdown", late)
     with pytest.raises(NotInitializedError, match="a question: the arm was shut down"):
         question.result(1.0)

@@ -9,8 +9,8 @@ import pytest
 from bioscara import MotionCancelledError, Robot
 from bioscara.clock import Clock
 from bioscara.control.loop.loop import CycleReport
-from bioscara.model import load_parameters
-from bioscara.robot.connection.devices import simulated_devices
+from bioscara.sim import FirmwareBus
+from simulated import ARM, simulated_bus
 
 
 class Waiting:
@@ -28,20 +28,11 @@ class Waiting:
 
 @pytest.mark.parametrize("cycles", [30, 100, 163])
 def test_the_setpoint_of_the_next_cycle_brakes(cycles: int) -> None:
-    parameters = load_parameters()
-    devices = simulated_devices(parameters, v1=False, seed=0)
-    clock = Waiting(devices.clock)
-    with Robot(
-        devices.bus,
-        clock,
-        parameters,
-        devices.description,
-        gripper=devices.gripper,
-        servo=devices.servo,
-    ) as robot:
-        robot.home()
-        robot.unfold()
-        lift = robot.arm.stack.manager.limiter.joints["j2"]
+    arm = simulated_bus(homed=True, at=(0.0, 0.3, 0.0, 0.0)).arm
+    clock = Waiting(arm.clock)
+    with Robot(FirmwareBus(arm), clock, ARM, "simulated") as robot:
+        robot.enable()
+        lift = robot.runner.arm.stack.manager.limiter.joints["j2"]
         speeds: list[float] = []
 
         def stop() -> None:
@@ -51,11 +42,11 @@ def test_the_setpoint_of_the_next_cycle_brakes(cycles: int) -> None:
         def observe(_: CycleReport) -> None:
             speeds.append(abs(lift.speed))
 
-        robot.arm.observers = (observe,)
+        robot.runner.observers = (observe,)
         clock.meanwhile = stop
         with pytest.raises(MotionCancelledError):
-            robot.move_joints((*robot.state.positions[:1], 0.05, 0.0, 0.0), velocity_scaling=0.2)
-        robot.arm.observers = ()
+            robot.move_joints((0.0, 0.05, 0.0, 0.0), velocity_scaling=0.2)
+        robot.runner.observers = ()
         # It was as fast or faster in each cycle before; now it gains less, or becomes slower.
         gain = speeds[cycles - 1] - speeds[cycles - 2]
         assert gain > -1e-9

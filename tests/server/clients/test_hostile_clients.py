@@ -60,17 +60,17 @@ def arm() -> Iterator[Served]:
 def served(arm: Served) -> Iterator[Served]:
     """Require after each test that others can work, and that the loop was on time."""
     times: list[float] = []
-    loop, robot = arm.robot.arm.stack.loop, arm.robot
+    loop, robot = arm.robot.runner.arm.stack.loop, arm.robot
     overruns = loop.statistics.overruns
 
     def observe(_: object) -> None:
         times.append(time.monotonic())
 
-    robot.arm.observers = (*robot.arm.observers, observe)
+    robot.runner.observers = (*robot.runner.observers, observe)
     eventually(lambda: len(times) > 5)
     yield arm
     gaps = [b - a for a, b in itertools.pairwise(times)]
-    robot.arm.observers = tuple(each for each in robot.arm.observers if each is not observe)
+    robot.runner.observers = tuple(each for each in robot.runner.observers if each is not observe)
     assert max(gaps) < loop.period + LATE
     assert loop.statistics.overruns == overruns
     assert robot.faults == ()
@@ -116,7 +116,7 @@ def test_nothing_after_the_message_that_cut_a_client_off_is_carried_out(arm: Ser
             + framing.packed(m.ClientRequest(id=1, command=m.Pause()))
         )
         assert isinstance(refusal(client), ProtocolError)
-    assert not arm.robot.arm.paused
+    assert not arm.robot.runner.arm.paused
     assert all(event.client != "late" for event in after(arm, events))
 
 
@@ -628,7 +628,7 @@ def greeted(path: Path | None = None) -> str:
 
 
 def as_user(uid: int, gid: int, action: Callable[[], str]) -> str:
-    """Return what an action of another user returns, or the class of its error."""
+    """Return the result of an action of another user, or the class of its error."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:

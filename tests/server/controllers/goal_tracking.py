@@ -110,7 +110,7 @@ def tracked(name: str) -> Iterator[tuple[Site, list[Cycle]]]:
 
 def _recorded(site: Site, name: str) -> list[Cycle]:
     cycles: list[Cycle] = []
-    arm = site.served.robot._arm
+    arm = site.served.robot.runner.arm
     controller = arm.stack.manager.controller(name)
     assert isinstance(controller, JointTrajectoryController)
 
@@ -125,7 +125,8 @@ def _recorded(site: Site, name: str) -> list[Cycle]:
                 )
             )  # fmt: skip
 
-    arm.observers = (*arm.observers, record)
+    runner = site.served.robot.runner
+    runner.observers = (*runner.observers, record)
     return cycles
 
 

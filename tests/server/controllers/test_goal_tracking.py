@@ -1,4 +1,4 @@
-"""Goals of clients are followed in time, end at rest, and are told as they are carried out."""
+"""Goals of clients are followed in time, end at rest, and are reported as they are carried out."""
 
 from __future__ import annotations
 

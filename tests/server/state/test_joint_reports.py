@@ -36,7 +36,7 @@ def test_joints_report_their_identity_and_their_counters() -> None:
 def test_a_joint_that_restarted_has_another_boot_id_and_says_why() -> None:
     with arm_served() as served, RawClient() as client, Robot.connect(f"arm:{NAME}") as robot:
         before = asked(client).joints[2]
-        arm = served.robot.arm.session.bus.arm  # type: ignore[attr-defined]
+        arm = served.robot.runner.arm.session.bus.arm  # type: ignore[attr-defined]
         arm.reset("j3", ResetCause.WATCHDOG)
         eventually(lambda: client.request(m.GetState()).fault == "latched")
         assert "restarted" in asked(client).joints[2].halted
@@ -66,7 +66,7 @@ def test_the_counters_of_a_moving_arm_are_left_alone() -> None:
 def test_a_joint_that_overheated_is_hot() -> None:
     with arm_served() as served, RawClient() as client:
         served.robot.enable()
-        served.robot.arm.session.bus.arm.overheat("j2")  # type: ignore[attr-defined]
+        served.robot.runner.arm.session.bus.arm.overheat("j2")  # type: ignore[attr-defined]
         eventually(lambda: asked(client).joints[1].hot)
         assert not asked(client).joints[0].hot
 

@@ -50,7 +50,7 @@ def test_a_jog_moves_until_the_first_gap_and_never_after(
     stream, beat, dead = JogStream(expiry, TURN, clock), clock.now, False
     for act, pause in acts:
         clock.now += pause
-        # Even if nothing has looked at the stream within the gap.
+        # Even if nothing has read the stream within the gap.
         dead = dead or clock.now - beat > expiry
         if dead:
             with pytest.raises(JogExpiredError):
@@ -172,7 +172,7 @@ def test_the_end_of_a_jog_slows_the_joints_in_the_next_cycles() -> None:
             sample = served.owner.sample
             commands.append((sample.cycle, sample.commands[0]))
 
-        served.robot.arm.observers = (*served.robot.arm.observers, observe)
+        served.robot.runner.observers = (*served.robot.runner.observers, observe)
         until(lambda: len(commands) > 5)
         client.request(m.EndJog(goal), epoch)
         ended = served.owner.sample.cycle

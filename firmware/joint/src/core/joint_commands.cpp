@@ -136,10 +136,10 @@ void Joint::execute(const Command& command) {
   }
 }
 
-// Otherwise a person who recovers an arm without supply learns that when it is enabled.
+// Otherwise the missing supply is reported to a person only when the arm is enabled.
 bool Joint::driver_still_faulty() {
   if (fault_ != Fault::DRIVER) return false;
-  motion_.driver().read_gstat();  // Clears the bits of what is over.
+  motion_.driver().read_gstat();  // Clears the bits of events that are over.
   return driver_fault(motion_.driver().read_gstat(), 0).fault != Fault::NONE;
 }
 

@@ -88,7 +88,7 @@ bool Tle5012b::configure() {
   return true;
 }
 
-// Reads the status, which clears what it reports; false if it reports an error again.
+// Reads the status, which clears its bits; false if it reports an error again.
 bool Tle5012b::settled() {
   uint16_t status = 0;
   ask(kStatus, status);

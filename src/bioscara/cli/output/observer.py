@@ -13,7 +13,7 @@ from typing import Self
 
 from bioscara.cli.output.live_view import View
 from bioscara.report import CycleHistory, CycleRecord
-from bioscara.report.samples import SampleWriter
+from bioscara.report.sample_file import SampleWriter
 
 _SWITCH_INTERVAL = 0.5e-3
 """Switch interval of the interpreter between threads [s]; the default of 5 ms would delay the loop

@@ -55,7 +55,7 @@ _CLEAR = FaultState.CLEAR
 
 
 def refusal(state: str, fault: str) -> str:
-    """Return the message that refuses a motion because of a fault, with what is left to be done.
+    """Return the message that refuses a motion because of a fault, with the remaining steps.
 
     Args:
         state: Value of the stage of fault handling.

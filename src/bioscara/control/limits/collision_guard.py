@@ -36,13 +36,13 @@ class CollisionGuard:
 
     Args:
         joints: All joints of the arm, j1 to j4.
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         scene: Scene that it must keep clear of.
         smoothing: Averages the sent commands after this stage.
         warnings: Takes a message when a source of commands is stopped.
 
     Attributes:
-        arm: As given; may be changed at rest.
+        kinematics: As given; may be changed at rest.
         scene: As given; may be changed at rest.
         interventions: In how many cycles it braked.
     """
@@ -52,12 +52,12 @@ class CollisionGuard:
     def __init__(
         self,
         joints: Sequence[JointLimiter],
-        arm: Scara,
+        kinematics: Scara,
         scene: Scene,
         smoothing: Smoothing,
         warnings: MutableSequence[str],
     ) -> None:
-        self._joints, self.arm, self.scene = tuple(joints), arm, scene
+        self._joints, self.kinematics, self.scene = tuple(joints), kinematics, scene
         self._smoothing, self._warnings = smoothing, warnings
         self._stop_guard: StopGuard | None = None
         self._stop: _Stop | None = None
@@ -137,10 +137,10 @@ class CollisionGuard:
         before, (here, speeds) = self._before[0], self._state()
         if here == before and not any(speeds):
             return ""
-        arm, scene = self.arm, self.scene
+        kinematics, scene = self.kinematics, self.scene
         checker, joints, smoothing = self._stop_guard, self._joints, self._smoothing
-        if checker is None or checker.arm is not arm or checker.scene is not scene:
-            checker = self._stop_guard = StopGuard(arm, scene)
+        if checker is None or checker.kinematics is not kinematics or checker.scene is not scene:
+            checker = self._stop_guard = StopGuard(kinematics, scene)
             self._path = None
         duration = _braking_time(joints, speeds)
         way = braking_way(duration, period)

@@ -232,9 +232,9 @@ class JointLimiter:
         self.reference, self.speed = position, speed
 
     def approach_lag(self) -> None:
-        """Approach what is left of the lag as a displacement of its own.
+        """Approach the rest of the lag as a displacement of its own.
 
-        An average of cycles of unequal length ends a little beside the bounded position.
+        An average of cycles of unequal length ends a little off the bounded position.
         """
         if self._position_command.owner:
             self.reference -= self.lag

@@ -1,4 +1,4 @@
-"""Position errors that a joint captures by itself, at the rate of its control tick."""
+"""Position errors that a joint captures autonomously, at the rate of its control tick."""
 
 from __future__ import annotations
 

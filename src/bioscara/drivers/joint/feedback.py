@@ -104,7 +104,7 @@ class EncoderFeedback:
     def store_offset(self, offset: float) -> None:
         """Store the joint position at encoder zero on the joint, read it back and use it.
 
-        Zero is what a joint has after power-up, so a later host takes it for "none".
+        Zero is the value of a joint after power-up, so a later host takes it for "none".
 
         Args:
             offset: Joint position at encoder zero [rad or m].

@@ -68,7 +68,7 @@ class Joint:
     """One joint on a bus, in rad or m and seconds; supports protocol versions 1 and 2.
 
     Life cycle of a joint: ``init``, ``enable``, ``home``, motion, ``disable``, ``deinit``. Nothing
-    moves in ``init`` and ``deinit``. What a version 1 joint cannot do raises
+    moves in ``init`` and ``deinit``. A function that a version 1 joint lacks raises
     :class:`~bioscara.errors.NotSupportedError`; every exchange may raise
     :class:`~bioscara.errors.CommunicationError` or :class:`~bioscara.errors.JointResetError`.
 
@@ -678,7 +678,7 @@ class Joint:
     def check_orientation(self, motor_angle: float = math.radians(1.0)) -> None:
         """Turn the motor slightly and back, to check that motor and encoder agree.
 
-        Our firmware turns by twice the angle, beside an end stop to the free side.
+        Our firmware turns by twice the angle, next to an end stop to the free side.
 
         Args:
             motor_angle: Angle by which the motor turns, at most 10 degrees [rad of the motor].

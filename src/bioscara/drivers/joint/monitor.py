@@ -38,7 +38,7 @@ _EARLIEST = 0.95
 _FAILED = int(Flags.STALL | Flags.NOTENABLED)
 
 _INTERVAL = {1: 0.05, 2: 0.02}
-"""Time between two keep-alive frames [s]: a third of what the joint allows in version 2 (60 ms), a
+"""Time between two keep-alive frames [s]: a third of the joint's limit in version 2 (60 ms), a
 fifth of what our firmware allows in version 1 (250 ms). Original firmware needs none."""
 _REST_MARGIN = 1.0
 """Time beyond its ramp that a joint may take to come to rest [s]."""

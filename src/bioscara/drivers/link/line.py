@@ -59,7 +59,7 @@ _lines: WeakKeyDictionary[Bus, BusLine] = WeakKeyDictionary()
 
 
 def line_of(bus: Bus) -> BusLine:
-    """Return what is known of the lines of ``bus``, for the life of that object."""
+    """Return the known state of the lines of ``bus``, for the life of that object."""
     line = _lines.get(bus)
     if line is None:
         line = _lines[bus] = BusLine()

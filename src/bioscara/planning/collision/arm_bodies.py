@@ -148,11 +148,11 @@ def reaches(geometry: Geometry, bodies: tuple[Body, ...]) -> Array:
     return np.array([max(upper, *_extents(bodies, COLUMN)), 1.0, fore, wrist])
 
 
-def frames(arm: Scara, joints: Array) -> tuple[Array, Array, Array, Array, Array]:
+def frames(kinematics: Scara, joints: Array) -> tuple[Array, Array, Array, Array, Array]:
     """Return the frames of the bodies, from the base's to the wrist's.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
 
     Returns:
@@ -165,7 +165,7 @@ def frames(arm: Scara, joints: Array) -> tuple[Array, Array, Array, Array, Array
     turns[FOREARM:] += q3
     turns[WRIST] += q4
     cos, sin = np.cos(turns), np.sin(turns)
-    upper, fore, height = arm.geometry
+    upper, fore, height = kinematics.geometry
     x[FOREARM:], y[FOREARM:] = upper * cos[1], upper * sin[1]
     x[WRIST] += fore * cos[FOREARM]
     y[WRIST] += fore * sin[FOREARM]

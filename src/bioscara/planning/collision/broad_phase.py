@@ -21,7 +21,7 @@ class BroadPhase:
     until the arm has moved a certain distance from there.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         layout: The pairs.
         margin: Clearance above which a pair is irrelevant [m].
         ahead: Distance added to the required one when all pairs are evaluated, so that the result
@@ -31,8 +31,10 @@ class BroadPhase:
         reach: As in the layout.
     """
 
-    def __init__(self, arm: Scara, layout: Layout, margin: float, ahead: float = _AHEAD) -> None:
-        self._arm, self._layout, self._margin = arm, layout, margin
+    def __init__(
+        self, kinematics: Scara, layout: Layout, margin: float, ahead: float = _AHEAD
+    ) -> None:
+        self._kinematics, self._layout, self._margin = kinematics, layout, margin
         self._ahead = ahead
         self.reach = layout.reach
         self._joints = np.full(len(layout.reach), math.nan)
@@ -63,6 +65,6 @@ class BroadPhase:
         return self._near
 
     def _evaluate(self, here: Array, distance: float) -> None:
-        self._near, nearest = self._layout.near(self._arm, here, self._margin + distance)
+        self._near, nearest = self._layout.near(self._kinematics, here, self._margin + distance)
         self._joints = here
         self._range = nearest - self._margin if self._near is None else distance

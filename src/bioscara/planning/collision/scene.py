@@ -219,18 +219,18 @@ class Scene:
         loads = [shape for body in self.mounted if body.link == LOAD for shape in body.shapes]
         return max((shape.reach(tool.x, tool.y) for shape in loads), default=0.0)
 
-    def layout(self, arm: Scara) -> Layout:
+    def layout(self, kinematics: Scara) -> Layout:
         """Return the scene prepared for one arm and its tool."""
         zones = tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones)
-        _, lift, elbow, _ = ((limit.lower, limit.upper) for limit in arm.limits)
+        _, lift, elbow, _ = ((limit.lower, limit.upper) for limit in kinematics.limits)
         scene = zones, self.table_height, self.mounted, self.widths
-        return layout_of(*scene, arm.geometry, arm.tool, (lift, elbow), self.margin)
+        return layout_of(*scene, kinematics.geometry, kinematics.tool, (lift, elbow), self.margin)
 
-    def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
+    def clearance(self, kinematics: Scara, joints: npt.ArrayLike) -> Array:
         """Return the exact clearance of the arm.
 
         Args:
-            arm: The arm with its tool.
+            kinematics: The arm with its tool.
             joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
 
         Returns:
@@ -245,28 +245,28 @@ class Scene:
         """
         rows = np.asarray(joints, dtype=np.float64)
         _check_finite(rows)
-        return self.layout(arm).nearest(arm, rows)
+        return self.layout(kinematics).nearest(kinematics, rows)
 
-    def nearest_pair(self, arm: Scara, joints: Sequence[float]) -> NearestPair | None:
+    def nearest_pair(self, kinematics: Scara, joints: Sequence[float]) -> NearestPair | None:
         """Return the pair that :meth:`clearance` is the clearance of; None without any pair.
 
         Args:
-            arm: The arm with its tool.
+            kinematics: The arm with its tool.
             joints: j1 to j4 [rad, m, rad, rad].
 
         Raises:
             InvalidArgumentError: A joint is not a finite number.
         """
-        found = self._nearest(arm, joints)
+        found = self._nearest(kinematics, joints)
         return None if found is None else found[1]
 
     def nearest_points(
-        self, arm: Scara, joints: Sequence[float]
+        self, kinematics: Scara, joints: Sequence[float]
     ) -> tuple[NearestPair, tuple[Point, Point] | None] | None:
         """Return :meth:`nearest_pair`, and a point of each of the two that is nearest to the other.
 
         Args:
-            arm: The arm with its tool.
+            kinematics: The arm with its tool.
             joints: j1 to j4 [rad, m, rad, rad].
 
         Returns:
@@ -276,35 +276,37 @@ class Scene:
         Raises:
             InvalidArgumentError: A joint is not a finite number.
         """
-        found = self._nearest(arm, joints)
+        found = self._nearest(kinematics, joints)
         if found is None:
             return None
         row, nearest = found
-        layout = self.layout(arm)
+        layout = self.layout(kinematics)
         if layout.pairs[row].keep_in:
             return nearest, None
-        one, other = layout.nearest_parts(arm, np.array(joints, dtype=np.float64), row)
+        one, other = layout.nearest_parts(kinematics, np.array(joints, dtype=np.float64), row)
         if other is None:
             # The table has no borders: its nearest point is below the link.
             height = self.table_height or 0.0
             return nearest, ((one.x, one.y, one.low), (one.x, one.y, height))
         return nearest, nearest_points(one, other)
 
-    def _nearest(self, arm: Scara, joints: Sequence[float]) -> tuple[int, NearestPair] | None:
+    def _nearest(
+        self, kinematics: Scara, joints: Sequence[float]
+    ) -> tuple[int, NearestPair] | None:
         """Return the number and description of the pair with the least clearance."""
         rows = np.array([joints], dtype=np.float64)
         _check_finite(rows)
-        layout = self.layout(arm)
+        layout = self.layout(kinematics)
         if not layout.pairs:
             return None
-        clearances = layout.clearances(arm, rows)[:, 0]
+        clearances = layout.clearances(kinematics, rows)[:, 0]
         row = int(clearances.argmin())
         pair = layout.pairs[row]
         distance = float(clearances[row]) - pair.allowed
         return row, NearestPair(pair.link, pair.zone, distance, self.margin - pair.allowed)
 
     def check(
-        self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
+        self, kinematics: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
     ) -> None:
         """Make sure that the arm keeps the margin throughout a trajectory.
 
@@ -317,7 +319,7 @@ class Scene:
         is below 0.4 mm, less than the smallest margin.
 
         Args:
-            arm: The arm with its tool.
+            kinematics: The arm with its tool.
             trajectory: For some or all of the joints.
             elsewhere: Positions of the joints that it does not name [rad, m, rad, rad].
 
@@ -327,7 +329,7 @@ class Scene:
                 than any motion does.
             InvalidArgumentError: A position in ``elsewhere`` is not a finite number.
         """
-        names = [limit.name for limit in arm.limits]
+        names = [limit.name for limit in kinematics.limits]
         unknown = [name for name in trajectory.joint_names if name not in names]
         missing = [name for name in names if name not in trajectory.joint_names]
         if unknown:
@@ -341,26 +343,26 @@ class Scene:
             )
         rest = np.array((0.0,) * len(names) if elsewhere is None else elsewhere)
         _check_finite(rest)
-        layout, allowed = self.layout(arm), goal_slack(self.margin)
+        layout, allowed = self.layout(kinematics), goal_slack(self.margin)
         ends = np.tile(rest, (2, 1))
         columns = [names.index(name) for name in trajectory.joint_names]
         ends[:, columns] = trajectory.positions[[0, -1]]
-        start, end = np.hsplit(layout.clearances(arm, ends, self.margin), 2)
+        start, end = np.hsplit(layout.clearances(kinematics, ends, self.margin), 2)
         pushed = layout.own[:, None] & (start < self.margin - allowed)
         floor = np.full(start.shape, self.margin)
         near = pushed | (start >= self.margin - allowed)
         floor[near] = np.minimum(self.margin, start[near] - _ROUNDING)
-        sweep(layout, arm, trajectory, rest, self.margin, floor)
+        sweep(layout, kinematics, trajectory, rest, self.margin, floor)
         # Otherwise small errors at each goal could reduce the clearance from motion to motion.
         floor[pushed] = np.minimum(start[pushed], self.margin - 2.0 * allowed) + allowed
         if (end < floor)[pushed].any():
             raise refusal(layout, trajectory.times[-1:], end, self.margin, floor)
 
-    def check_standing(self, arm: Scara, joints: Sequence[float], before: Scene) -> None:
+    def check_standing(self, kinematics: Scara, joints: Sequence[float], before: Scene) -> None:
         """Make sure that an arm at rest in another scene may be at rest in this one too.
 
         Args:
-            arm: The arm with its tool.
+            kinematics: The arm with its tool.
             joints: j1 to j4 [rad, m, rad, rad].
             before: The scene before: the same bodies, of other sizes. Pairs that are too near
                 there may stay so.
@@ -371,19 +373,20 @@ class Scene:
         """
         rows = np.array([joints], dtype=np.float64)
         _check_finite(rows)
-        layout = self.layout(arm)
+        layout = self.layout(kinematics)
         pairs, stood = (
-            each.clearances(arm, rows, self.margin) for each in (layout, before.layout(arm))
+            each.clearances(kinematics, rows, self.margin)
+            for each in (layout, before.layout(kinematics))
         )
         floor = np.minimum(self.margin - goal_slack(self.margin), stood - _ROUNDING)
         if (pairs < floor).any():
             raise refusal(layout, np.zeros(1), pairs, self.margin, floor)
 
-    def check_load(self, arm: Scara, joints: Sequence[float]) -> None:
+    def check_load(self, kinematics: Scara, joints: Sequence[float]) -> None:
         """Make sure that the load of an arm at rest keeps clear, so that the arm can leave.
 
         Args:
-            arm: The arm with its tool.
+            kinematics: The arm with its tool.
             joints: j1 to j4 [rad, m, rad, rad].
 
         Raises:
@@ -392,8 +395,8 @@ class Scene:
         """
         rows = np.array([joints], dtype=np.float64)
         _check_finite(rows)
-        layout = self.layout(arm)
-        clearances = layout.clearances(arm, rows, self.margin)
+        layout = self.layout(kinematics)
+        clearances = layout.clearances(kinematics, rows, self.margin)
         floor = np.full(clearances.shape, -math.inf)
         floor[[LOAD in (pair.link, pair.zone) for pair in layout.pairs]] = self.margin
         if (clearances < floor - goal_slack(self.margin)).any():

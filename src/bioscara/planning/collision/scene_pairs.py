@@ -97,25 +97,25 @@ class Layout:
     _table: float
     _allowed: Array
 
-    def clearances(self, arm: Scara, joints: Array, exact: float = np.inf) -> Array:
+    def clearances(self, kinematics: Scara, joints: Array, exact: float = np.inf) -> Array:
         """Return the sum of each pair's distance and allowance [m], shape (pairs, n).
 
         Args:
-            arm: The arm that the layout is for.
+            kinematics: The arm that the layout is for.
             joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
             exact: Values below this are exact [m], others are lower bounds.
         """
         result = np.empty((len(self.pairs), len(joints)))
         for start in range(0, len(joints), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
-            self._fill(frames(arm, joints[part]), result[:, part], exact)
+            self._fill(frames(kinematics, joints[part]), result[:, part], exact)
         return result
 
-    def nearest(self, arm: Scara, joints: Array) -> Array:
+    def nearest(self, kinematics: Scara, joints: Array) -> Array:
         """Return the least sum of a pair's distance and allowance [m], shape (n,).
 
         Args:
-            arm: The arm that the layout is for.
+            kinematics: The arm that the layout is for.
             joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
         """
         result = np.full(len(joints), np.inf)
@@ -123,7 +123,7 @@ class Layout:
             return result
         for start in range(0, len(joints), _AT_ONCE):
             part = result[start : start + _AT_ONCE]
-            at, count = frames(arm, joints[start : start + _AT_ONCE]), len(self._ends)
+            at, count = frames(kinematics, joints[start : start + _AT_ONCE]), len(self._ends)
             bounds = np.empty((len(self.pairs), len(part)))
             hulls = self._bound(at, bounds)
             part[:] = bounds[count:].min(axis=0, initial=np.inf)
@@ -135,18 +135,20 @@ class Layout:
                 np.minimum(part, bounds.min(axis=0), out=part)
         return result
 
-    def nearest_parts(self, arm: Scara, joints: Array, row: int) -> tuple[Prism, Prism | None]:
+    def nearest_parts(
+        self, kinematics: Scara, joints: Array, row: int
+    ) -> tuple[Prism, Prism | None]:
         """Return the parts of a pair that are nearest to each other, in the base frame.
 
         Args:
-            arm: The arm that the layout is for.
+            kinematics: The arm that the layout is for.
             joints: j1 to j4 [rad, m, rad, rad], shape (4,).
             row: Number of the pair.
 
         Returns:
             The part of the link, and that of its counterpart; None for the table.
         """
-        at, count = frames(arm, joints[None]), len(self._ends)
+        at, count = frames(kinematics, joints[None]), len(self._ends)
         none = np.zeros(1, dtype=np.intp)
         if row >= count:
             return self._hulls.at(at, self._above[[row - count]], none).prism(0), None
@@ -156,11 +158,11 @@ class Layout:
         one, other = (self._shapes.at(at, column[nearest], none) for column in self._parts)
         return one.prism(0), other.prism(0)
 
-    def near(self, arm: Scara, joints: Array, far: float) -> tuple[Layout | None, float]:
+    def near(self, kinematics: Scara, joints: Array, far: float) -> tuple[Layout | None, float]:
         """Return the pairs nearer than a distance, and a lower bound of the least clearance [m].
 
         Args:
-            arm: The arm that the layout is for.
+            kinematics: The arm that the layout is for.
             joints: j1 to j4 [rad, m, rad, rad], shape (4,).
             far: The distance [m].
 
@@ -168,7 +170,7 @@ class Layout:
             The pairs, each without its parts that are farther; a pair of which few parts are
             left may be split into several, one for each of them. None if no pair is so near.
         """
-        at, count = frames(arm, joints[None]), len(self._ends)
+        at, count = frames(kinematics, joints[None]), len(self._ends)
         clearances = np.empty((len(self.pairs), 1))
         self._bound(at, clearances)
         rows = np.flatnonzero(clearances[:, 0] < far)

@@ -31,19 +31,19 @@ class StopGuard:
     """Check that an arm in a scene can come to rest clear of everything.
 
     Args:
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         scene: Scene to keep clear of.
 
     Attributes:
-        arm: As given.
+        kinematics: As given.
         scene: As given.
     """
 
-    def __init__(self, arm: Scara, scene: Scene) -> None:
-        self.arm, self.scene = arm, scene
-        layout = scene.layout(arm)
+    def __init__(self, kinematics: Scara, scene: Scene) -> None:
+        self.kinematics, self.scene = kinematics, scene
+        layout = scene.layout(kinematics)
         self._reach: Sequence[float] = layout.reach.tolist()
-        self._clearances = _Clearances(arm, layout, scene.margin) if layout.pairs else None
+        self._clearances = _Clearances(kinematics, layout, scene.margin) if layout.pairs else None
 
     @property
     def reach(self) -> Sequence[float]:
@@ -95,15 +95,15 @@ class _Clearances:
     """The pairs of a layout and their clearances at the last evaluation.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         layout: The pairs.
         margin: Distance to keep [m].
     """
 
-    def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
-        self._arm, self._layout, self._margin = arm, layout, margin
+    def __init__(self, kinematics: Scara, layout: Layout, margin: float) -> None:
+        self._kinematics, self._layout, self._margin = kinematics, layout, margin
         self._wanted = margin + SLACK
-        self._broad_phase = BroadPhase(arm, layout, self._wanted + COARSE, _AHEAD)
+        self._broad_phase = BroadPhase(kinematics, layout, self._wanted + COARSE, _AHEAD)
         self._reach = layout.reach
         self._highest = np.full((len(layout.pairs), 1), -math.inf)
         self._samples, self._frees = np.empty((0, len(self._reach))), np.empty(0)
@@ -168,7 +168,7 @@ class _Clearances:
             return free
 
         def evaluate(times: Array) -> Array:
-            return room(near.clearances(self._arm, at(times), self._wanted + COARSE))
+            return room(near.clearances(self._kinematics, at(times), self._wanted + COARSE))
 
         subdivide(evaluate, (starts, lengths, speeds), room(pairs))
         return _least(self._frees, speeds * lengths)
@@ -189,7 +189,7 @@ class _Clearances:
         if near is None:
             self._highest[:] = self._wanted
             return self._layout, np.empty((0, len(samples)))
-        pairs = near.clearances(self._arm, samples, self._wanted + COARSE)
+        pairs = near.clearances(self._kinematics, samples, self._wanted + COARSE)
         self._frees = np.minimum(self._frees, pairs.min(axis=0) - self._wanted)
         return near, pairs
 

@@ -47,20 +47,22 @@ class StoppingCheck:
     """Check of the stopping paths of one arm in one scene.
 
     Args:
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         limits: Of its joints.
         scene: Scene to keep clear of, or None.
     """
 
-    def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
-        self._arm = arm
+    def __init__(
+        self, kinematics: Scara, limits: Sequence[JointLimits], scene: Scene | None
+    ) -> None:
+        self._kinematics = kinematics
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
         self._slack = 0.0 if scene is None else goal_slack(scene.margin)
         self._layout: Layout | None = None
-        if scene is not None and (layout := scene.layout(arm)).pairs:
-            self._layout, self._broad_phase = layout, BroadPhase(arm, layout, scene.margin)
+        if scene is not None and (layout := scene.layout(kinematics)).pairs:
+            self._layout, self._broad_phase = layout, BroadPhase(kinematics, layout, scene.margin)
 
     def check_start(self, positions: Sequence[float]) -> None:
         """Make sure that the arm keeps the margin at its present position.
@@ -70,7 +72,7 @@ class StoppingCheck:
         """
         if self._layout is None:
             return
-        clearances = self._layout.clearances(self._arm, np.array([positions]), self._margin)
+        clearances = self._layout.clearances(self._kinematics, np.array([positions]), self._margin)
         floor = np.full((len(self._layout.pairs), 1), self._margin)
         floor[self._layout.own] = -math.inf
         # The next motion begins where the last one ended, which may be off its goal by the slack.
@@ -176,7 +178,7 @@ class StoppingCheck:
         # The tool's speed has a corner where one joint comes to rest before the others.
         corners = np.abs(next_) / self._braking
         stop, speeds = self._braked(there, next_, np.hstack((times, corners)))
-        speed = batch.tool_speeds(self._arm, stop, speeds)
+        speed = batch.tool_speeds(self._kinematics, stop, speeds)
         stop = stop[:, :samples]
         # The maximum, not the sum: a joint beyond its limit must not move further at each step.
         room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
@@ -238,7 +240,7 @@ class StoppingCheck:
     def _clear(
         self, path: Array, displacements: Array
     ) -> tuple[npt.NDArray[np.bool_], Hindrance | None]:
-        """Return which paths keep the margin, and what the first path comes too near to.
+        """Return which paths keep the margin, and the body that the first path comes too near to.
 
         Args:
             path: Joints, shape (k, m, 4); all paths begin at the arm's present position.
@@ -249,7 +251,7 @@ class StoppingCheck:
         if layout is None:
             return np.ones(len(path), dtype=np.bool_), None
         exact = self._margin + float(lengths.max())
-        pairs = layout.clearances(self._arm, path.reshape(-1, 4), exact)
+        pairs = layout.clearances(self._kinematics, path.reshape(-1, 4), exact)
         # Pairs nearer than the margin at the present position may stay so, but not come nearer.
         rooms = pairs - np.minimum(self._margin, pairs[:, :1])
         room = rooms.min(axis=0).reshape(path.shape[:2])

@@ -33,7 +33,7 @@ _BERNSTEIN = np.array(
 
 def sweep(
     layout: Layout,
-    arm: Scara,
+    kinematics: Scara,
     trajectory: Trajectory,
     rest: Array,
     margin: float,
@@ -43,7 +43,7 @@ def sweep(
 
     Args:
         layout: The pairs to check.
-        arm: The arm.
+        kinematics: The arm.
         trajectory: For some or all of its joints.
         rest: Positions of the other joints [rad, m, rad, rad], shape (4,).
         margin: Distance to keep [m].
@@ -53,7 +53,7 @@ def sweep(
         ZoneError: It is not kept.
         TrajectoryError: The path is longer than that of any motion.
     """
-    names = [limit.name for limit in arm.limits]
+    names = [limit.name for limit in kinematics.limits]
     columns = [names.index(name) for name in trajectory.joint_names]
     if not layout.pairs:
         return
@@ -61,7 +61,7 @@ def sweep(
     def evaluate(times: Array) -> Array:
         joints = np.tile(rest, (len(times), 1))
         joints[:, columns] = trajectory.sample_many(times)[0]
-        pairs = layout.clearances(arm, joints, margin + COARSE)
+        pairs = layout.clearances(kinematics, joints, margin + COARSE)
         room: Array = (pairs - floor).min(axis=0)
         if (room < 0.0).any():
             raise refusal(layout, times, pairs, margin, floor)

@@ -1,4 +1,4 @@
-"""Messages in text that was copied from a terminal: a command of ``ros2``, or what it printed."""
+"""Messages in text that was copied from a terminal: a command of ``ros2``, or its output."""
 
 from __future__ import annotations
 

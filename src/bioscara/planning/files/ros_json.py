@@ -34,7 +34,7 @@ def json_document(text: str) -> Document:
             object_pairs_hook=_fields,
         )
     except json.JSONDecodeError as error:
-        # Only what is missing at its end can have been cut off.
+        # Only a part that is missing at its end can have been cut off.
         truncated = "; is the file truncated?" if error.pos >= len(text.rstrip()) else ""
         raise TrajectoryError(
             f"line {error.lineno}: not readable as JSON: {error.msg}{truncated}"

@@ -80,7 +80,7 @@ def _refuse_open_end(document: Document, message: _Fields) -> None:
 
 
 def _joint_trajectory(document: Node) -> tuple[_Fields, list[str]]:
-    """Return the joint trajectory in a message, and notes on what is left out."""
+    """Return the joint trajectory in a message, and notes on omitted parts."""
     notes: list[str] = []
     message = _mapping(document, "the message")
     while True:

@@ -13,7 +13,7 @@ from bioscara.planning.trajectory.trajectory import Trajectory
 
 
 def linear(
-    arm: Scara,
+    kinematics: Scara,
     start: Joints,
     goal: Pose,
     limits: Sequence[JointLimits],
@@ -25,7 +25,7 @@ def linear(
     """Return the fastest motion of the tool on a straight line, with yaw changing uniformly.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         start: Its joint positions [rad, m, rad, rad]; the elbow stays on this side.
         goal: Goal pose of the tool; it turns by the shorter rotation.
         limits: Of the joints, j1 to j4.
@@ -37,13 +37,15 @@ def linear(
         InvalidArgumentError: A value is not finite, or the goal is the present pose of the tool.
         UnreachableError: Start, goal or a pose between is out of reach or limits.
     """
-    goal = _reachable(arm, start, goal)
-    path = Line(arm.forward(start), goal)
-    return parameterise(arm, path, start, limits, tool, speed=velocity_scaling, window=window)
+    goal = _reachable(kinematics, start, goal)
+    path = Line(kinematics.forward(start), goal)
+    return parameterise(
+        kinematics, path, start, limits, tool, speed=velocity_scaling, window=window
+    )
 
 
 def circular(
-    arm: Scara,
+    kinematics: Scara,
     start: Joints,
     via: Pose,
     goal: Pose,
@@ -56,7 +58,7 @@ def circular(
     """Return the fastest motion of the tool on an arc, with yaw changing uniformly.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         start: Its joint positions [rad, m, rad, rad]; the elbow stays on this side.
         via: A point on the arc; its yaw does not matter.
         goal: Goal pose of the tool; it turns by the shorter rotation.
@@ -69,13 +71,15 @@ def circular(
         InvalidArgumentError: A value is not finite, or the points are on one line.
         UnreachableError: Start, goal or a pose between is out of reach or limits.
     """
-    goal = _reachable(arm, start, goal)
-    path = Arc.through(arm.forward(start), via, goal)
-    return parameterise(arm, path, start, limits, tool, speed=velocity_scaling, window=window)
+    goal = _reachable(kinematics, start, goal)
+    path = Arc.through(kinematics.forward(start), via, goal)
+    return parameterise(
+        kinematics, path, start, limits, tool, speed=velocity_scaling, window=window
+    )
 
 
-def _reachable(arm: Scara, start: Joints, goal: object) -> Pose:
+def _reachable(kinematics: Scara, start: Joints, goal: object) -> Pose:
     """Return the goal; an unreachable one is refused as such, before the path to it."""
     pose = require_pose("the goal", goal)
-    arm.solve(pose, start)
+    kinematics.solve(pose, start)
     return pose

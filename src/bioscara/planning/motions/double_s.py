@@ -55,7 +55,7 @@ def least_duration(displacement: float, bounds: Bounds) -> float:
     longest = _longest_ramp(bounds)
     if way >= most * longest:
         return way / most + longest
-    # Without a cruise the joint goes half the way in each of two ramps.
+    # Without a cruise the joint goes half the distance in each of two ramps.
     rise = hardest / jerk
     ramp = rise / 2.0 + math.sqrt(rise * rise / 4.0 + way / hardest)
     # The acceleration does not reach its limit in a ramp that is shorter than two rises.
@@ -108,7 +108,7 @@ def _knots(
     )
     for time, way, speed, force, rate in first:
         yield Knot(time, start + way, speed, force, rate)
-    # The mirror image of these: the same ways and speeds, in the reverse order.
+    # The mirror image of these: the same distances and speeds, in the reverse order.
     goal = start + displacement
     brake = duration - length
     yield Knot(

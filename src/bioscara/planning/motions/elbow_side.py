@@ -1,7 +1,7 @@
 """The side to which the elbow is bent, and tool velocities where it is straight or folded.
 
 There the wrist can only move on a circle about the column: its distance from the column is at its
-end. Beside that pose the elbow would have to turn infinitely fast to change the distance.
+end. Next to that pose the elbow would have to turn infinitely fast to change the distance.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class ElbowSide:
     """The half turn of the elbow, from straight to folded, in which tool velocities keep it.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         limits: Of its joints.
         joints: Positions of the joints [rad, m, rad, rad].
         before: A position in which the elbow was bent last [rad]; None if it is unknown. Then an
@@ -48,12 +48,12 @@ class ElbowSide:
 
     def __init__(
         self,
-        arm: Scara,
+        kinematics: Scara,
         limits: Sequence[JointLimits],
         joints: Joints,
         before: float | None = None,
     ) -> None:
-        self._l1, self._l2, _ = arm.geometry
+        self._l1, self._l2, _ = kinematics.geometry
         half_turns = round(joints.j3 / math.pi)
         if before is not None and math.floor(before / math.pi) in {half_turns - 1, half_turns}:
             self._side = math.floor(before / math.pi)

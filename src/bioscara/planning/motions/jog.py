@@ -54,7 +54,7 @@ _RESTART = 0.8
 _SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
 """Shares of the target velocity that are tried if the whole is not possible."""
 _HELD = 0.02
-"""Share of the command below which what is limited counts as held."""
+"""Share of the command below which a limited quantity counts as held."""
 _LEVEL = (0, 1)
 """Numbers of x and y in a velocity of the tool."""
 
@@ -95,7 +95,7 @@ class JogGenerator:
     """Velocity control of an arm.
 
     Args:
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         limits: Of its joints.
         start: Positions of the joints, at rest [rad, m, rad, rad].
         scene: Scene to keep clear of; None for no checks.
@@ -116,7 +116,7 @@ class JogGenerator:
 
     def __init__(
         self,
-        arm: Scara,
+        kinematics: Scara,
         limits: Sequence[JointLimits],
         start: Sequence[float],
         scene: Scene | None = None,
@@ -133,12 +133,12 @@ class JogGenerator:
         tool_speed = number("tool speed", tool_speed, infinite=True)
         if not tool_speed > 0.0:
             raise InvalidArgumentError(f"tool speed {tool_speed} m/s must be above zero")
-        self._arm, self._limits = arm, tuple(limits)
-        self._stops = StoppingCheck(arm, limits, scene)
+        self._kinematics, self._limits = kinematics, tuple(limits)
+        self._stops = StoppingCheck(kinematics, limits, scene)
         self.tool_speed = tool_speed
         self.positions, self.velocities = Joints(*start), Joints(0.0, 0.0, 0.0, 0.0)
         elbow = None if elbow is None else number("the former elbow of the jog", elbow)
-        self._side = ElbowSide(arm, limits, start, elbow)
+        self._side = ElbowSide(kinematics, limits, start, elbow)
         self._cause: LimitCause | None = None
         self._level_share, self._wrist_held = 1.0, False
         self._elbow_speeds = -math.inf, math.inf
@@ -281,7 +281,7 @@ class JogGenerator:
         """Convert joint velocities to the kind commanded: of the joints, or of the tool."""
         if self._kind is JointVelocity:
             return velocities
-        return [sum(map(mul, row, velocities)) for row in self._arm.jacobian(self.positions)]
+        return [sum(map(mul, row, velocities)) for row in self._kinematics.jacobian(self.positions)]
 
     def _command_now(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
         """Return the present command, reduced to the tool's speed limit."""
@@ -305,14 +305,14 @@ class JogGenerator:
         if self._kind is JointVelocity:
             # The command takes effect over all averages, during which the arm may extend.
             speed = max(
-                self._arm.tool_speed(
+                self._kinematics.tool_speed(
                     [p + v * soon for p, v in zip(ahead, self.velocities, strict=True)],
                     self._velocity,
                 )
                 for soon in self._soon
             )
         else:
-            speed = self._arm.speed_at(self._velocity)
+            speed = self._kinematics.speed_at(self._velocity)
         return self._within_tool_speed(self._velocity, speed)
 
     def _within_tool_speed(self, velocity: Sequence[float], speed: float) -> tuple[float, ...]:
@@ -329,7 +329,7 @@ class JogGenerator:
 
     def _rates(self, positions: Sequence[float], velocity: Sequence[float]) -> Joints:
         """Return the joint velocities for a velocity of the tool."""
-        return self._arm.rates(self._side.regular(positions), velocity)
+        return self._kinematics.rates(self._side.regular(positions), velocity)
 
     def _rate_limited(self, command: Sequence[float], ahead: Sequence[float]) -> Sequence[float]:
         """Return the command, its change bounded to one that the joints can follow.
@@ -377,7 +377,7 @@ class JogGenerator:
         """Return the duration of a change of joint velocities, in windows of the first average."""
         window = self._windows[0]
         return max(
-            self._arm.tool_speed(ahead, rates) / (gentle * window),
+            self._kinematics.tool_speed(ahead, rates) / (gentle * window),
             *[
                 abs(rate) / (_FOLLOWED * limit.max_acceleration * window)
                 for rate, limit in zip(rates, self._limits, strict=True)
@@ -411,7 +411,7 @@ class JogGenerator:
             if any(wanted_now) or self._side.near(ahead[2]):
                 rates = self._level_limited(rates, bounds, wanted_now)
             wanted = self._scaled(rates, bounds)
-        return self._within_tool_speed(wanted, self._arm.tool_speed(ahead, wanted))
+        return self._within_tool_speed(wanted, self._kinematics.tool_speed(ahead, wanted))
 
     def _ranges(self) -> PositionBounds:
         """Return the allowed joint positions; tool velocities keep the elbow on its side."""

@@ -47,7 +47,7 @@ class Sequenced(NamedTuple):
 
 
 def sequence(
-    arm: Scara,
+    kinematics: Scara,
     start: Joints,
     waypoints: Sequence[Waypoint],
     limits: Sequence[JointLimits],
@@ -57,7 +57,7 @@ def sequence(
     """Return one trajectory through all waypoints.
 
     Args:
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         start: Joint positions at rest [rad, m, rad, rad].
         waypoints: Poses of the tool; errors and warnings count them from 0.
         limits: Of the joints, j1 to j4.
@@ -70,22 +70,22 @@ def sequence(
             cannot go there; the message begins with the waypoint.
     """
     tool = ToolLimits() if tool is None else tool
-    waypoints = check_waypoints(arm, start, waypoints)
+    waypoints = check_waypoints(kinematics, start, waypoints)
     joints = start
     trajectories: list[Trajectory] = []
     warnings: list[str] = []
     for first, run in _runs(waypoints):
         if run[0].motion is Motion.PTP:
             with about(first):
-                motion = _free(arm, joints, run[0], limits, tool)
+                motion = _free(kinematics, joints, run[0], limits, tool)
         else:
-            segments = _segments(arm.forward(joints), first, run)
+            segments = _segments(kinematics.forward(joints), first, run)
             path = rounded(segments, [waypoint.blend for waypoint in run[:-1]])
             warnings.extend(_shrunk(first, run, path))
             with about(first, path.corners):
                 speeds = _speeds(run, path)
                 motion = parameterise(
-                    arm, path.path, joints, limits, tool, speed=speeds, window=window
+                    kinematics, path.path, joints, limits, tool, speed=speeds, window=window
                 )
         trajectories.append(motion)
         joints = Joints(*motion.positions[-1].tolist())
@@ -102,19 +102,19 @@ def _runs(waypoints: Sequence[Waypoint]) -> Iterator[tuple[int, Sequence[Waypoin
 
 
 def _free(
-    arm: Scara,
+    kinematics: Scara,
     joints: Joints,
     waypoint: Waypoint,
     limits: Sequence[JointLimits],
     tool: ToolLimits,
 ) -> Trajectory:
     """Return the point-to-point motion to a waypoint, slowed down to the tool's speed limit."""
-    goal = arm.solve(waypoint.pose, joints)
+    goal = kinematics.solve(waypoint.pose, joints)
     names = [limit.name for limit in limits]
     motion = point_to_point(names, joints, goal, limits, velocity_scaling=waypoint.velocity_scaling)
-    return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.velocity_scaling)[
-        0
-    ]
+    return reduced(
+        motion, kinematics, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.velocity_scaling
+    )[0]
 
 
 def _segments(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]:

@@ -44,20 +44,20 @@ def highest_commanded(overhang: float) -> float:
     return max(COMMANDED_SPEED - WRIST_SWING * overhang, _LEAST_SHARE * COMMANDED_SPEED)
 
 
-def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[float]) -> float:
+def peak_tool_speed(trajectory: Trajectory, kinematics: Scara, elsewhere: Sequence[float]) -> float:
     """Return the peak speed of the tool on a trajectory [m/s].
 
     Each segment is evaluated to 1e-5 of the speed, also when the arm waits for long in between.
 
     Args:
         trajectory: For some or all of the joints.
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         elsewhere: Positions of the joints that the trajectory does not name [rad, m, rad, rad].
 
     Raises:
         TrajectoryError: It names a joint that the arm does not have.
     """
-    names = [limit.name for limit in arm.limits]
+    names = [limit.name for limit in kinematics.limits]
     unknown = [name for name in trajectory.joint_names if name not in names]
     if unknown:
         raise TrajectoryError(f"{unknown[0]} is not a joint of the arm; it has {', '.join(names)}")
@@ -83,7 +83,7 @@ def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[floa
         rates = np.zeros_like(joints)
         joints[columns] = _horner(powers.take(segment, axis=2), time)
         rates[columns] = _horner(derivatives.take(segment, axis=2), time)
-        peak = max(peak, _peak(batch.tool_speeds(arm, joints.T, rates.T), segment))
+        peak = max(peak, _peak(batch.tool_speeds(kinematics, joints.T, rates.T), segment))
     return peak
 
 
@@ -107,13 +107,16 @@ def _peak(speeds: Array, segment: Index) -> float:
 
 
 def reduced(
-    trajectory: Trajectory, arm: Scara, elsewhere: Sequence[float], speed: float = REDUCED_SPEED
+    trajectory: Trajectory,
+    kinematics: Scara,
+    elsewhere: Sequence[float],
+    speed: float = REDUCED_SPEED,
 ) -> tuple[Trajectory, float]:
     """Stretch a trajectory in time so that the tool keeps to a speed.
 
     Args:
         trajectory: For some or all of the joints.
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         elsewhere: Positions of the joints that the trajectory does not name [rad, m, rad, rad].
         speed: Highest speed of the tool [m/s].
 
@@ -126,7 +129,7 @@ def reduced(
     """
     if not speed > 0.0:
         raise InvalidArgumentError(f"tool speed {speed} m/s must be above zero")
-    peak = peak_tool_speed(trajectory, arm, elsewhere)
+    peak = peak_tool_speed(trajectory, kinematics, elsewhere)
     if peak <= speed * _ROUNDING:
         return trajectory, 1.0
     return stretched(trajectory, peak / speed), peak / speed

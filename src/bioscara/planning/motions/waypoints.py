@@ -85,25 +85,25 @@ def retract(target: Pose, away: Pose, *, velocity_scaling: float = 1.0) -> Waypo
 
 
 def check_waypoints(
-    arm: Scara, start: Joints, waypoints: Sequence[Waypoint]
+    kinematics: Scara, start: Joints, waypoints: Sequence[Waypoint]
 ) -> tuple[Waypoint, ...]:
     """Check that a sequence is consistent and each of its poses reachable, and return it.
 
     Args:
-        arm: The arm with its tool.
+        kinematics: The arm with its tool.
         start: Joint positions at rest [rad, m, rad, rad].
         waypoints: Poses of the tool.
 
     Raises:
         InvalidArgumentError: The start, or a waypoint, is not usable.
     """
-    beyond = arm.beyond(start)
+    beyond = kinematics.beyond(start)
     if beyond:
         raise InvalidArgumentError(f"start of the sequence: {', '.join(beyond)}")
     given = items("the waypoints", waypoints, "give a list of Waypoint(pose)")
     if not given:
         raise InvalidArgumentError("a sequence needs at least one waypoint; this one has none")
-    here = arm.forward(start)
+    here = kinematics.forward(start)
     for index, waypoint in enumerate(given):
         if not isinstance(waypoint, Waypoint):
             raise InvalidArgumentError(
@@ -118,7 +118,7 @@ def check_waypoints(
         with about(index):
             _check_blend(waypoint, following)
             _check_distance(here, waypoint)
-            arm.solve(waypoint.pose, start)
+            kinematics.solve(waypoint.pose, start)
         here = waypoint.pose
     return tuple(checked)
 

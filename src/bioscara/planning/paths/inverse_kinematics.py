@@ -36,21 +36,21 @@ class JointSamples(NamedTuple):
     second: Array
 
 
-def along(arm: Scara, samples: PathSamples, start: Joints) -> JointSamples:
+def along(kinematics: Scara, samples: PathSamples, start: Joints) -> JointSamples:
     """Return the joints on the elbow's side of ``start``, continuous from there.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         samples: The path.
         start: The joints at the first sample; the others follow without jumps by a full turn.
     """
     side = 1.0 if math.sin(start.j3) >= 0.0 else -1.0
     # An elbow that moves past half a turn bends to the other side.
     elbow_turn = TURN * round((start.j3 - side * math.pi / 2.0) / TURN)
-    l1, l2, height = arm.geometry
-    to_base = arm.base.inverse()
-    turn = samples.poses[:, 3] + (to_base.yaw - arm.tool.yaw)
-    w, w1, w2 = _wrist(arm, samples, turn)
+    l1, l2, height = kinematics.geometry
+    to_base = kinematics.base.inverse()
+    turn = samples.poses[:, 3] + (to_base.yaw - kinematics.tool.yaw)
+    w, w1, w2 = _wrist(kinematics, samples, turn)
     with np.errstate(all="ignore"):
         cosine = ((w * w.conj()).real - (l1 * l1 + l2 * l2)) / (2.0 * l1 * l2)
         cosine = np.where(np.abs(cosine) <= 1.0 + 1e-12, np.clip(cosine, -1.0, 1.0), np.nan)
@@ -65,7 +65,7 @@ def along(arm: Scara, samples: PathSamples, start: Joints) -> JointSamples:
         a1, a13 = _dot(rest, e13) / (l1 * sine), -_dot(rest, e1) / (l2 * sine)
     q4 = turn - q13
     q4 += 2.0 * math.pi * np.round((start.j4 - q4[0]) / (2.0 * math.pi)) if len(q4) else 0.0
-    q2 = samples.poses[:, 2] + (to_base.z - arm.tool.z - height)
+    q2 = samples.poses[:, 2] + (to_base.z - kinematics.tool.z - height)
     yaw1, yaw2 = samples.first[:, 3], samples.second[:, 3]
     return JointSamples(
         np.stack((q1, q2, q3, q4), axis=1),
@@ -74,12 +74,12 @@ def along(arm: Scara, samples: PathSamples, start: Joints) -> JointSamples:
     )
 
 
-def _wrist(arm: Scara, samples: PathSamples, turn: Array) -> tuple[Array, Array, Array]:
+def _wrist(kinematics: Scara, samples: PathSamples, turn: Array) -> tuple[Array, Array, Array]:
     """Return position and derivatives of the wrist's axis in the arm's base, as complex numbers."""
-    to_base = arm.base.inverse()
+    to_base = kinematics.base.inverse()
     rotation = complex(math.cos(to_base.yaw), math.sin(to_base.yaw))
     p, p1, p2 = (rotation * (part[:, 0] + 1j * part[:, 1]) for part in samples)
-    arm_of_tool = np.exp(1j * turn) * complex(arm.tool.x, arm.tool.y)
+    arm_of_tool = np.exp(1j * turn) * complex(kinematics.tool.x, kinematics.tool.y)
     yaw1, yaw2 = samples.first[:, 3], samples.second[:, 3]
     return (
         p + complex(to_base.x, to_base.y) - arm_of_tool,

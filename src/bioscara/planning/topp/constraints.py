@@ -38,19 +38,19 @@ class GridSamples(NamedTuple):
     joints_before: JointSamples
 
 
-def sample_grid(arm: Scara, path: Path, start: Joints, grid: Array) -> GridSamples:
+def sample_grid(kinematics: Scara, path: Path, start: Joints, grid: Array) -> GridSamples:
     """Evaluate the path at the points of a grid, which contains all its breaks."""
     tool = path.sample(grid)
     if not path.breaks:
-        joints = along(arm, tool, start)
+        joints = along(kinematics, tool, start)
         return GridSamples(grid, tool, joints, tool, joints)
     # Only second derivatives jump there; poses sampled next to a break would add accelerations.
     breaks = np.flatnonzero(np.isin(grid, path.breaks))
     edges, jumps = PathSamples(*(part[breaks] for part in tool)), []
     for beside in (1e-9 * path.length, -1e-9 * path.length):
         second = path.sample(grid[breaks] + beside).second
-        jumps.append((second, along(arm, edges._replace(second=second), start).second))
-    joints = along(arm, tool, start)
+        jumps.append((second, along(kinematics, edges._replace(second=second), start).second))
+    joints = along(kinematics, tool, start)
     (after, joints_after), (before, joints_before) = jumps
     return GridSamples(
         grid,

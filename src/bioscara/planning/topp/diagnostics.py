@@ -26,7 +26,7 @@ _TURNING = (0, 2, 3)
 """The rotary joints."""
 
 
-def check_start(arm: Scara, path: Path, start: Joints) -> None:
+def check_start(kinematics: Scara, path: Path, start: Joints) -> None:
     """Make sure that a path begins at the arm's present pose, within its limits.
 
     Raises:
@@ -34,15 +34,15 @@ def check_start(arm: Scara, path: Path, start: Joints) -> None:
         UnreachableError: A joint is outside its limits.
         TrajectoryError: The path begins elsewhere.
     """
-    for limit, value in zip(arm.limits, start, strict=True):
+    for limit, value in zip(kinematics.limits, start, strict=True):
         if not math.isfinite(value):
             raise InvalidArgumentError(f"start of {limit.name} is {value}; give a finite number")
-    beyond = arm.beyond(start)
+    beyond = kinematics.beyond(start)
     if beyond:
         raise UnreachableError(
             f"the arm starts outside its limits: {', '.join(beyond)}; move these joints back first"
         )
-    begin, here = Pose(*path.sample(np.zeros(1)).poses[0].tolist()), arm.forward(start)
+    begin, here = Pose(*path.sample(np.zeros(1)).poses[0].tolist()), kinematics.forward(start)
     gap = math.dist(begin[:3], here[:3])
     turn = abs(math.remainder(begin.yaw - here.yaw, 2.0 * math.pi))
     if not (gap <= _NEAR and turn <= _NEAR):
@@ -51,7 +51,7 @@ def check_start(arm: Scara, path: Path, start: Joints) -> None:
         )
 
 
-def check_places(arm: Scara, path: Path, start: Joints, samples: GridSamples) -> None:
+def check_places(kinematics: Scara, path: Path, start: Joints, samples: GridSamples) -> None:
     """Make sure that every pose on the path is within reach and limits, on the elbow's side.
 
     Raises:
@@ -63,10 +63,10 @@ def check_places(arm: Scara, path: Path, start: Joints, samples: GridSamples) ->
         index = int(np.argmax(missing))
         pose = Pose(*samples.tool.poses[index].tolist())
         try:
-            arm.inverse(pose)
+            kinematics.inverse(pose)
         except UnreachableError as error:
-            raise _refusal(arm, path, start, samples, index, 2, str(error)) from None
-    _check_ranges(arm, path, start, samples, joints)
+            raise _refusal(kinematics, path, start, samples, index, 2, str(error)) from None
+    _check_ranges(kinematics, path, start, samples, joints)
     flat = np.abs(np.sin(joints[:, 2])) < STRETCHED
     if flat.any():
         index = int(np.argmax(flat))
@@ -74,16 +74,16 @@ def check_places(arm: Scara, path: Path, start: Joints, samples: GridSamples) ->
             f"the arm is stretched or folded there (j3 at {joints[index, 2]:.6f} rad), where the "
             "joints cannot lead the tool along the path; stay a millimetre away"
         )
-        raise _refusal(arm, path, start, samples, index, 2, why)
+        raise _refusal(kinematics, path, start, samples, index, 2, why)
 
 
 def check_turns(
-    arm: Scara, path: Path, start: Joints, samples: GridSamples, trajectory: Trajectory
+    kinematics: Scara, path: Path, start: Joints, samples: GridSamples, trajectory: Trajectory
 ) -> None:
     """Make sure that no joint leaves its range between two points of the trajectory.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         path: The path.
         start: Joints at its beginning.
         samples: The path at the points of the trajectory.
@@ -100,14 +100,16 @@ def check_turns(
     root = np.sqrt(np.maximum(np.where(turning, a0 * a0 - 12.0 * c[..., 3] * v0, 1.0), 0.0))
     at = np.where(turning, -2.0 * v0 / np.where(turning, a0 + np.sign(v1) * root, 1.0), 0.0)
     turns = c[..., 0] + at * (v0 + at * (c[..., 2] + at * c[..., 3]))
-    _check_ranges(arm, path, start, samples, turns)
+    _check_ranges(kinematics, path, start, samples, turns)
 
 
-def check_speeds(arm: Scara, path: Path, start: Joints, samples: GridSamples, bound: Array) -> None:
+def check_speeds(
+    kinematics: Scara, path: Path, start: Joints, samples: GridSamples, bound: Array
+) -> None:
     """Make sure that the tool can pass every point of the path at :data:`SLOWEST` or faster.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         path: The path.
         start: Joints at its beginning.
         samples: The path at the points of a grid.
@@ -125,27 +127,27 @@ def check_speeds(arm: Scara, path: Path, start: Joints, samples: GridSamples, bo
     joint = _TURNING[int(np.argmax(np.abs(samples.joints.second[index, _TURNING])))]
     largest = math.sqrt(float(bound[index]))
     why = (
-        f"{arm.limits[joint].name} would have to turn so suddenly that the tool can pass at "
+        f"{kinematics.limits[joint].name} would have to turn so suddenly that the tool can pass at "
         f"{largest:.2g} m/s at most (j3 at {samples.joints.joints[index, 2]:.4f} rad: nearly "
         "stretched or folded); lead the path further away from there"
     )
-    raise _refusal(arm, path, start, samples, index, joint, why, largest)
+    raise _refusal(kinematics, path, start, samples, index, joint, why, largest)
 
 
 def _check_ranges(
-    arm: Scara, path: Path, start: Joints, samples: GridSamples, joints: Array
+    kinematics: Scara, path: Path, start: Joints, samples: GridSamples, joints: Array
 ) -> None:
-    lower = np.array([limit.lower for limit in arm.limits]) - 1e-9
-    upper = np.array([limit.upper for limit in arm.limits]) + 1e-9
+    lower = np.array([limit.lower for limit in kinematics.limits]) - 1e-9
+    upper = np.array([limit.upper for limit in kinematics.limits]) + 1e-9
     outside = (joints < lower) | (joints > upper)
     if outside.any():
         index, joint = (int(part) for part in np.argwhere(outside)[0])
-        why = f"it would take {', '.join(arm.beyond(joints[index].tolist()))}"
-        raise _refusal(arm, path, start, samples, index, joint, why)
+        why = f"it would take {', '.join(kinematics.beyond(joints[index].tolist()))}"
+        raise _refusal(kinematics, path, start, samples, index, joint, why)
 
 
 def _refusal(
-    arm: Scara,
+    kinematics: Scara,
     path: Path,
     start: Joints,
     samples: GridSamples,
@@ -158,27 +160,27 @@ def _refusal(
     segment = bisect_right(path.breaks, s)
     where = f"segment {segment}, " if path.breaks else ""
     text = f"{where}{s:.4f} m along the path of {path.length:.4f} m: {why}"
-    name = arm.limits[joint].name
-    instead = _alternative(arm, start, samples, elbow=largest_speed == 0.0)
+    name = kinematics.limits[joint].name
+    instead = _alternative(kinematics, start, samples, elbow=largest_speed == 0.0)
     return PathError(f"{text}; {instead}", segment, name, s, largest_speed)
 
 
-def _alternative(arm: Scara, start: Joints, samples: GridSamples, *, elbow: bool) -> str:
+def _alternative(kinematics: Scara, start: Joints, samples: GridSamples, *, elbow: bool) -> str:
     """Return the alternatives to the path, those with the other elbow only if requested."""
     offers = []
-    for other in arm.inverse(arm.forward(start)):
-        if elbow and math.sin(other.j3) * math.sin(start.j3) < 0.0 and not arm.beyond(other):
-            joints = along(arm, samples.tool, other).joints
+    for other in kinematics.inverse(kinematics.forward(start)):
+        if elbow and math.sin(other.j3) * math.sin(start.j3) < 0.0 and not kinematics.beyond(other):
+            joints = along(kinematics, samples.tool, other).joints
             # The other elbow mirrors this one: it is stretched at the same points.
             stretched = (np.abs(np.sin(joints[:, 2])) < STRETCHED).any()
-            if not stretched and not any(arm.beyond(row) for row in joints.tolist()):
+            if not stretched and not any(kinematics.beyond(row) for row in joints.tolist()):
                 offers.append(
                     "with the elbow on the other side the whole path is within limits: start from "
                     f"({', '.join(f'{value:.4f}' for value in other)})"
                 )
     goal = Pose(*samples.tool.poses[-1].tolist())
     try:
-        arm.solve(goal, start)
+        kinematics.solve(goal, start)
     except UnreachableError:
         offers.append("the goal itself is out of limits too: choose another yaw or place")
     else:

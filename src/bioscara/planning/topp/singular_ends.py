@@ -43,28 +43,30 @@ class RegularPart(NamedTuple):
     side: Joints
 
 
-def regular_part(arm: Scara, path: Path, start: Joints) -> RegularPart:
+def regular_part(kinematics: Scara, path: Path, start: Joints) -> RegularPart:
     """Return the part of a path between its stretched or folded ends.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         path: Of the tool; all of it is returned if the arm stays stretched along it.
         start: Joints at its beginning [rad, m, rad, rad].
     """
     edges = (0.0, *path.breaks, path.length)
-    begin = _singular_length(arm, path, start, 0.0, edges[1])
-    end = path.length - _singular_length(arm, path, start, path.length, edges[-2] - path.length)
+    begin = _singular_length(kinematics, path, start, 0.0, edges[1])
+    end = path.length - _singular_length(
+        kinematics, path, start, path.length, edges[-2] - path.length
+    )
     if not begin:
         return RegularPart(begin, end, start)
     # From the stretched position the elbow can bend to either side; it takes the goal's.
-    goal = arm.solve(Pose(*path.sample([path.length]).poses[0].tolist()), start)
+    goal = kinematics.solve(Pose(*path.sample([path.length]).poses[0].tolist()), start)
     straight = start.j3 - math.remainder(start.j3, math.pi)
     side = straight + math.copysign(STRETCHED, goal.j3 - straight)
     return RegularPart(begin, end, start._replace(j3=side))
 
 
 def with_ends(
-    arm: Scara,
+    kinematics: Scara,
     path: Path,
     part: RegularPart,
     start: Joints,
@@ -75,7 +77,7 @@ def with_ends(
     """Extend the points of a motion along the part to one along the whole path.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         path: Of the tool.
         part: The part that the motion follows.
         start: Joints at the path's beginning [rad, m, rad, rad].
@@ -85,7 +87,7 @@ def with_ends(
     """
     times, positions, velocities = points
     at = np.array((0.0, part.begin, part.end, path.length))
-    joints = along(arm, path.sample(at), part.side).joints
+    joints = along(kinematics, path.sample(at), part.side).joints
     rest = np.zeros((1, 4))
     if part.begin:
         takes = _duration(joints[1] - start, part.begin, limits, tool)
@@ -98,11 +100,13 @@ def with_ends(
     return times, positions, velocities
 
 
-def _singular_length(arm: Scara, path: Path, start: Joints, end: float, room: float) -> float:
+def _singular_length(
+    kinematics: Scara, path: Path, start: Joints, end: float, room: float
+) -> float:
     """Return the distance from an end of a path to where the elbow is bent [m].
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         path: Of the tool.
         start: Joints at its beginning.
         end: Parameter of the end.
@@ -110,7 +114,7 @@ def _singular_length(arm: Scara, path: Path, start: Joints, end: float, room: fl
     """
     lengths = np.concatenate(([0.0], _LENGTHS[abs(room) > 2.0 * _LENGTHS]))
     samples = path.sample(end + math.copysign(1.0, room) * lengths)
-    sines = np.abs(np.sin(along(arm, samples, start).joints[:, 2]))
+    sines = np.abs(np.sin(along(kinematics, samples, start).joints[:, 2]))
     if not sines[0] < STRETCHED:
         return 0.0
     bent = sines >= CLEAR

@@ -63,7 +63,7 @@ _BETWEEN = 1e-5
 
 
 def parameterise(
-    arm: Scara,
+    kinematics: Scara,
     path: Path,
     start: Joints,
     limits: Sequence[JointLimits],
@@ -79,7 +79,7 @@ def parameterise(
     has to change along the path.
 
     Args:
-        arm: The arm.
+        kinematics: The arm.
         path: Of the tool.
         start: Joints at the path's beginning [rad, m, rad, rad]; the elbow stays on their side.
         limits: Of the joints, j1 to j4.
@@ -101,40 +101,40 @@ def parameterise(
     tool = ToolLimits() if tool is None else tool
     shares = _shares(path, speed)
     highest, shares = float(shares.max()), shares / shares.max()
-    check_start(arm, path, start)
-    part = regular_part(arm, path, start)
+    check_start(kinematics, path, start)
+    part = regular_part(kinematics, path, start)
     side = part.side
     grid = _first_grid(path, part)
-    _, squares = _solve_on_grid(arm, path, side, limits, tool, grid, shares)
+    _, squares = _solve_on_grid(kinematics, path, side, limits, tool, grid, shares)
     grid = _even_in_time(grid, squares, path.breaks, shares)
     names = [limit.name for limit in limits]
     if window:
         over = window * highest
-        samples, squares = _solve_on_grid(arm, path, side, limits, tool, grid, shares, over)
-        points = _averaged(arm, path, side, limits, (grid, squares), over)
+        samples, squares = _solve_on_grid(kinematics, path, side, limits, tool, grid, shares, over)
+        points = _averaged(kinematics, path, side, limits, (grid, squares), over)
         trajectory = Trajectory(names, *points)
-        check_turns(arm, path, side, samples, trajectory)
+        check_turns(kinematics, path, side, samples, trajectory)
     for _ in range(0 if window else _REFINEMENTS + 1):
-        samples, squares = _solve_on_grid(arm, path, side, limits, tool, grid, shares)
+        samples, squares = _solve_on_grid(kinematics, path, side, limits, tool, grid, shares)
         velocities = samples.joints.first * np.sqrt(squares)[:, None]
         points = _times(grid, squares), samples.joints.joints, velocities
         trajectory = Trajectory(names, *points)
-        factors = _factors_of_pieces(trajectory, arm, limits, tool)
-        deviations = _deviations(arm, path, side, grid, squares, trajectory)
+        factors = _factors_of_pieces(trajectory, kinematics, limits, tool)
+        deviations = _deviations(kinematics, path, side, grid, squares, trajectory)
         parts = _parts(factors, deviations, np.diff(trajectory.times))
         if parts.max() < 2:
             break
         grid = _cut(grid, parts)
     if not window:
-        check_turns(arm, path, side, samples, trajectory)
+        check_turns(kinematics, path, side, samples, trajectory)
         left = np.diff(samples.grid) / np.diff(trajectory.times) / factors
-        check_speeds(arm, path, side, samples, np.where(factors > _ABRUPT, left**2, np.inf))
+        check_speeds(kinematics, path, side, samples, np.where(factors > _ABRUPT, left**2, np.inf))
     if (part.begin, part.end) != (0.0, path.length):
-        points = with_ends(arm, path, part, start, points, limits, tool)
+        points = with_ends(kinematics, path, part, start, points, limits, tool)
         trajectory = Trajectory(names, *points)
-        factors = _factors_of_pieces(trajectory, arm, limits, tool)
+        factors = _factors_of_pieces(trajectory, kinematics, limits, tool)
     if window:
-        factors = _factors_of_pieces(trajectory, arm, limits, tool)
+        factors = _factors_of_pieces(trajectory, kinematics, limits, tool)
     factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
     return stretched(trajectory, factor / highest)
 
@@ -179,7 +179,7 @@ def _shares(path: Path, speed: float | Sequence[float]) -> Array:
 
 
 def _solve_on_grid(
-    arm: Scara,
+    kinematics: Scara,
     path: Path,
     start: Joints,
     limits: Sequence[JointLimits],
@@ -192,8 +192,8 @@ def _solve_on_grid(
 
     With a window, these are speeds whose average over it keeps the speed limits.
     """
-    samples = sample_grid(arm, path, start, grid)
-    check_places(arm, path, start, samples)
+    samples = sample_grid(kinematics, path, start, grid)
+    check_places(kinematics, path, start, samples)
     share = shares[np.searchsorted(path.breaks, grid[:-1], side="right")] ** 2
     along, across = acceleration_limits(samples, limits, tool)
     slowed = Rows(along / share[:, None], across / share[:, None])
@@ -203,7 +203,7 @@ def _solve_on_grid(
     if (bound < share * SLOWEST**2).any():
         # The tool's limits may be that low on purpose: only the joints are checked.
         alone = acceleration_limits(samples, limits, FULL), speed_limits(samples, limits, FULL)
-        check_speeds(arm, path, start, samples, fastest(np.diff(grid), *alone)[1])
+        check_speeds(kinematics, path, start, samples, fastest(np.diff(grid), *alone)[1])
     if window:
         low = _lowered(grid, _slowed_at_reversals(grid, samples, squares, highest), window)
         if (low < squares).any():
@@ -308,7 +308,7 @@ class _AveragedTiming:
 
 
 def _averaged(
-    arm: Scara,
+    kinematics: Scara,
     path: Path,
     side: Joints,
     limits: Sequence[JointLimits],
@@ -322,13 +322,13 @@ def _averaged(
     for _ in range(_REFINEMENTS + 1):
         places, rates = timing.at(times)
         places[0], places[-1] = motion[0][0], motion[0][-1]
-        samples = along(arm, path.sample(places), side)
+        samples = along(kinematics, path.sample(places), side)
         positions, velocities = samples.joints, samples.first * rates[:, None]
         velocities[[0, -1]] = 0.0
         curve = Trajectory([limit.name for limit in limits], times, positions, velocities)
         t = np.diff(times)
         halves, _ = timing.at(times[:-1] + 0.5 * t)
-        there, c = along(arm, path.sample(halves), side).joints, curve.coefficients
+        there, c = along(kinematics, path.sample(halves), side).joints, curve.coefficients
         half = 0.5 * t[:, None]
         here = c[..., 0] + half * (c[..., 1] + half * (c[..., 2] + half * c[..., 3]))
         off = np.abs(here - there).max(axis=1)
@@ -368,7 +368,7 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares
 
 
 def _deviations(
-    arm: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
+    kinematics: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
 ) -> Array:
     """Return the deviation of each piece's curve from the path at half its time, shape (n - 1,).
 
@@ -376,7 +376,7 @@ def _deviations(
     """
     rates, t = np.sqrt(squares), np.diff(trajectory.times)
     half = grid[:-1] + t * (3.0 * rates[:-1] + rates[1:]) / 8.0
-    there = along(arm, path.sample(half), side).joints
+    there = along(kinematics, path.sample(half), side).joints
     c, at = trajectory.coefficients, 0.5 * t[:, None]
     here = c[..., 0] + at * (c[..., 1] + at * (c[..., 2] + at * c[..., 3]))
     deviations = np.abs(here - there).max(axis=1)
@@ -384,7 +384,7 @@ def _deviations(
 
 
 def _factors_of_pieces(
-    trajectory: Trajectory, arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
+    trajectory: Trajectory, kinematics: Scara, limits: Sequence[JointLimits], tool: ToolLimits
 ) -> Array:
     """Return the factor in time that each piece needs to keep every limit, shape (n - 1,).
 
@@ -401,7 +401,7 @@ def _factors_of_pieces(
         positions = p0 + at * (v0 + at * (half + at * sixth))
         states.append((positions, v0 + at * (a0 + 3.0 * at * sixth), a0 + 6.0 * at * sixth))
     together = [np.concatenate(part) for part in zip(*states, strict=True)]
-    factors = _factors(together, arm, limits, tool).reshape(len(states), -1).max(axis=0)
+    factors = _factors(together, kinematics, limits, tool).reshape(len(states), -1).max(axis=0)
     turning = a0 * a1 < 0.0
     turn = np.where(turning, v0 + 0.5 * t * a0 * a0 / np.where(turning, a0 - a1, 1.0), 0.0)
     most = np.array([limit.max_velocity for limit in limits])
@@ -409,17 +409,17 @@ def _factors_of_pieces(
 
 
 def _factors(
-    states: Sequence[Array], arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
+    states: Sequence[Array], kinematics: Scara, limits: Sequence[JointLimits], tool: ToolLimits
 ) -> Array:
     """Return the factor in time that each state needs to keep every limit, shape (n,).
 
     Args:
         states: Positions, velocities and accelerations of the joints, each of shape (n, 4).
-        arm: The arm.
+        kinematics: The arm.
         limits: Of the joints.
         tool: Limits of the tool.
     """
-    tool_velocity, tool_acceleration = batch.tool_motion(arm, *states)
+    tool_velocity, tool_acceleration = batch.tool_motion(kinematics, *states)
     velocities = np.column_stack(
         (states[1], np.linalg.norm(tool_velocity[:, :3], axis=1), tool_velocity[:, 3])
     )

@@ -32,7 +32,7 @@ class Contents:
         self._path = path
         self.counts: Counter[str] = Counter()
         self.begin = self.end = 0
-        # Asked for before it is read: it may be finished meanwhile.
+        # Asked for before it is read: it may be finished while it is read.
         self._written = _written(path)
         self.scan: FileScan = read_all(path, self._count)
 

@@ -161,7 +161,7 @@ class _Reader:
             if self._index is not None and at in self._index:
                 length = self._index[at] - at - _RECORD.size
             end = at + _RECORD.size + length
-            # The file may grow meanwhile. No more is asked for than there is: a damaged length
+            # The file may grow during the scan. No more than its size is read: a damaged length
             # would be allocated at once.
             payload = self._file.read(length) if length <= self._size else b""
             if len(payload) < length or (opcode not in _KNOWN and not self._begins_record(end)):

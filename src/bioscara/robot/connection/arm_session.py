@@ -45,7 +45,7 @@ class ArmSession:
         clock: Clock of the arm.
         parameters: Parameters of the arm.
         begin: Time at which the session was created [s].
-        arm: Hardware component of the joints.
+        hardware: Hardware component of the joints.
         gripper: Hardware component of the gripper.
         maker: The process that has made it; in a forked child calls are refused.
 
@@ -67,7 +67,7 @@ class ArmSession:
             raise InvalidArgumentError(f"evidence is {shown(evidence)}; give the path of a folder")
         self.bus, self.clock, self.parameters = bus, clock, parameters
         self.begin = clock.now()
-        self.arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
+        self.hardware = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
         self.gripper = GripperHardware("bioscara_gripper_128", "gripper", gripper, clock)
         self._rate = None if rate is None else require_rate(rate)
         self._evidence = Path(evidence)
@@ -86,7 +86,7 @@ class ArmSession:
             NotInitializedError: The robot is not connected, or belongs to a parent process.
         """
         self.maker.require()
-        if self._stack is None and self.arm.state is not LifecycleState.UNCONFIGURED:
+        if self._stack is None and self.hardware.state is not LifecycleState.UNCONFIGURED:
             raise NotInitializedError("the robot was closed; make another one to connect again")
         if self._stack is None:
             raise NotInitializedError(
@@ -119,12 +119,12 @@ class ArmSession:
             BioscaraError: A joint cannot be used; the bus is closed again.
         """
         self.require_unconnected()
-        if self.arm.state is not LifecycleState.UNCONFIGURED:
+        if self.hardware.state is not LifecycleState.UNCONFIGURED:
             raise LifecycleError("the robot was closed; make another one to connect again")
         try:
-            self.arm.configure()
+            self.hardware.configure()
             stack = self._stack = Stack(
-                self.arm,
+                self.hardware,
                 self.gripper,
                 workspace,
                 self.clock,
@@ -134,7 +134,7 @@ class ArmSession:
             stack.broadcast(self.clock.now())
             # Notifies systemd of readiness and starts the evidence of faults latched earlier.
             stack.cycle()
-            stack.latch(self.arm.latched(Flags.FAULT | Flags.STALL), self.clock.now())
+            stack.latch(self.hardware.latched(Flags.FAULT | Flags.STALL), self.clock.now())
         except BaseException:
             self._stack = None
             self.bus.close()
@@ -150,14 +150,14 @@ class ArmSession:
         """
         stack = self.stack
         stack.supervisor.require_clear()
-        if self.arm.state is LifecycleState.UNCONFIGURED:
-            self.arm.configure()
-        if self.arm.state is LifecycleState.INACTIVE:
+        if self.hardware.state is LifecycleState.UNCONFIGURED:
+            self.hardware.configure()
+        if self.hardware.state is LifecycleState.INACTIVE:
             # A joint may have stopped autonomously while its state was not read.
-            stack.latch(self.arm.latched(Flags.FAULT), self.clock.now())
+            stack.latch(self.hardware.latched(Flags.FAULT), self.clock.now())
             stack.supervisor.require_clear()
             try:
-                self.arm.activate()
+                self.hardware.activate()
             except BioscaraError as error:
                 # The others are not enabled after one has failed, so it stands for all of them.
                 kind = FaultKind.POWER_LOST if reports_missing_supply(error) else None
@@ -173,12 +173,12 @@ class ArmSession:
             HardwareError: A joint could not be stopped or disabled.
         """
         stack = self.stack
-        if self.arm.state is LifecycleState.ACTIVE:
+        if self.hardware.state is LifecycleState.ACTIVE:
             stack.manager.set_hardware_state(
-                self.arm.name, LifecycleState.INACTIVE, self.clock.now()
+                self.hardware.name, LifecycleState.INACTIVE, self.clock.now()
             )
-        elif problems := release(self.arm.joints):
-            raise HardwareError("; ".join(problems), self.arm.name)
+        elif problems := release(self.hardware.joints):
+            raise HardwareError("; ".join(problems), self.hardware.name)
 
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing if that is done already.
@@ -190,7 +190,7 @@ class ArmSession:
             return []
         if self._stack.watchdog is not None:
             self._stack.watchdog.close()
-        problems = release(self.arm.joints)
+        problems = release(self.hardware.joints)
         # Not before: after an interruption, shutdown() can be called again.
         self._stack = None
         return problems

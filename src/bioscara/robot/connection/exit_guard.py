@@ -124,7 +124,7 @@ def _ending(number: int) -> BaseException:
 
 
 def _close_all() -> None:
-    # The program is ending by itself.
+    # The program is ending already.
     with suppress(SystemExit, KeyboardInterrupt), postponed():
         for robot in [*_guarded]:
             try:

@@ -53,7 +53,7 @@ class Stack:
     """The control stack of one arm, whose joints are already connected.
 
     Args:
-        arm: Hardware component of the joints, INACTIVE.
+        hardware: Hardware component of the joints, INACTIVE.
         gripper: Hardware component of the gripper.
         workspace: Parameters of the arm, its tool, scene and speed limit at first.
         clock: Clock of the arm.
@@ -61,7 +61,7 @@ class Stack:
         evidence: Folder for the flight records of faults.
 
     Attributes:
-        arm: Hardware component of the joints.
+        hardware: Hardware component of the joints.
         manager: Runs the controllers.
         supervisor: Stops the arm on faults.
         loop: Runs the manager.
@@ -81,28 +81,28 @@ class Stack:
 
     def __init__(
         self,
-        arm: ArmHardware,
+        hardware: ArmHardware,
         gripper: GripperHardware,
         workspace: Workspace,
         clock: Clock,
         rate: int | None,
         evidence: Path,
     ) -> None:
-        self.arm = arm
+        self.hardware = hardware
         parameters = workspace.parameters
-        version = min(joint.version for joint in arm.joints)
-        arm.capacity = Capacity(arm.joints, clock)
-        tracked = [(joint, Mode.TRACK) for joint in arm.joints]
-        bus_time = arm.capacity.cycle_time(tracked)
+        version = min(joint.version for joint in hardware.joints)
+        hardware.capacity = Capacity(hardware.joints, clock)
+        tracked = [(joint, Mode.TRACK) for joint in hardware.joints]
+        bus_time = hardware.capacity.cycle_time(tracked)
         usual = parameters.controllers.update_rate
         suited = usual.version_2 if version >= 2 else usual.version_1
         hertz = min(suited, highest_rate(bus_time)) if rate is None else rate
-        arm.capacity.rate = hertz
-        bus_time = arm.capacity.cycle_time(tracked, arm.capacity.loads(tracked))
-        record = FlightRecord(arm.axes, hertz)
+        hardware.capacity.rate = hertz
+        bus_time = hardware.capacity.cycle_time(tracked, hardware.capacity.loads(tracked))
+        record = FlightRecord(hardware.axes, hertz)
         warnings: deque[str] = deque(maxlen=WARNINGS)
-        limited = joint_limiters((arm, gripper))
-        joints = [limited[axis.name] for axis in arm.axes]
+        limited = joint_limiters((hardware, gripper))
+        joints = [limited[axis.name] for axis in hardware.axes]
         arm_with_tool = workspace.kinematics
         self.tool_speed = ToolSpeedCap(joints, arm_with_tool.tool_speed, workspace.commanded_speed)
         self.smoothing = Smoothing(joints, hertz)
@@ -111,7 +111,7 @@ class Stack:
         )
         self.use_workspace(workspace)
         limiter = Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))
-        self.manager = ControllerManager((arm, gripper), limiter, hertz, warnings)
+        self.manager = ControllerManager((hardware, gripper), limiter, hertz, warnings)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
             self.manager.configure(name)
@@ -125,7 +125,7 @@ class Stack:
         from bioscara.robot.connection.evidence_folder import EvidenceFolder  # noqa: PLC0415
 
         write = EvidenceFolder(evidence).write
-        self.supervisor = Supervisor(self.manager, arm, HOLD, record, write)
+        self.supervisor = Supervisor(self.manager, hardware, HOLD, record, write)
         self.watchdog = Watchdog.from_environment()
         self.loop = Loop(
             self.manager, self.supervisor, record, clock, hertz, bus_time, self.watchdog
@@ -142,7 +142,7 @@ class Stack:
         cap.limit, cap.speed_of = workspace.commanded_speed, workspace.kinematics.tool_speed
         cap.share, cap.soon = UNPLANNED_SHARE, (sum(windows) / 2.0, sum(windows))
         self.smoothing.windows = windows
-        guard.arm, guard.scene = workspace.kinematics, workspace.surroundings
+        guard.kinematics, guard.scene = workspace.kinematics, workspace.surroundings
 
     def use(self, name: str, time: float) -> None:
         """Make a controller the one that commands the joints, unless it is active already.
@@ -192,7 +192,7 @@ class Stack:
             kind: Kind of the faults; by default derived from each cause.
         """
         for cause in causes:
-            self.supervisor.fault(cause, self.arm.name, time, kind)
+            self.supervisor.fault(cause, self.hardware.name, time, kind)
         if causes:
             self.finish_stopping()
 

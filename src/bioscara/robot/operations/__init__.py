@@ -7,6 +7,6 @@ brings it to rest however that ends. ``arbiter`` admits one operation for each d
 
 The operations are in three places: ``motions`` has all that move the arm or the jaws,
 ``controllers`` runs and switches the controllers of clients, and the other modules of this folder
-switch power, clear faults, change the workspace and read counters. ``Arm`` in ``robot.arm`` begins
-and steps them.
+switch power, clear faults, change the workspace and read counters. ``Runner`` in ``robot.runner``
+begins and steps them; they act on the parts of ``Arm`` in ``robot.arm``.
 """

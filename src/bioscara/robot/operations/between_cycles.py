@@ -11,9 +11,6 @@ from bioscara.robot.operations.operation import Cycles, Operation
 
 T = TypeVar("T")
 
-_PATIENCE = 15.0
-"""Longest time that a thread waits for its turn between cycles [s]."""
-
 
 class BetweenCycles(Operation[T]):
     """Calls a function while no control cycle runs.
@@ -45,16 +42,3 @@ class BetweenCycles(Operation[T]):
             arm.restart_loop(self)
         return result
         yield
-
-
-def between_cycles(arm: Arm, name: str, work: Callable[[], T]) -> T:
-    """Call a function between two cycles, in their thread; return its result.
-
-    Args:
-        arm: The arm.
-        name: Name of the work in messages.
-        work: The function; it uses no device.
-    """
-    operation = BetweenCycles(name, lambda _: work(), frozenset())
-    arm.begin(operation)
-    return operation.result(_PATIENCE)

@@ -41,7 +41,7 @@ class CycleRecorder:
         feedback = stack.trajectory.feedback
         following = feedback is not None and feedback.time == cycle.time
         joints = []
-        for index, axis in enumerate(stack.arm.axes):
+        for index, axis in enumerate(stack.hardware.axes):
             reference = velocity = math.nan
             if math.isnan(zero) or axis.halted is not None:
                 pass
@@ -59,7 +59,7 @@ class CycleRecorder:
             phase=phase,
             start=cycle.time - self._origin,
             trajectory_time=cycle.time - zero,
-            bus_time=stack.arm.bus_time,
+            bus_time=stack.hardware.bus_time,
             retries=repeated,
             late=max(cycle.timing.late, 0.0),
             joints=tuple(joints),
@@ -80,4 +80,4 @@ class CycleRecorder:
         )
 
     def _count(self) -> int:
-        return sum(joint.session.retries for joint in self._stack.arm.joints)
+        return sum(joint.session.retries for joint in self._stack.hardware.joints)

@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Generator
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from bioscara.arguments import function, number
 from bioscara.control.loop.loop import CycleReport
@@ -18,12 +18,10 @@ from bioscara.errors import (
 )
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.report import CycleRecord, Phase
+from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import ARM, Claim, Device
 from bioscara.robot.operations.cycle_recorder import CycleRecorder
 from bioscara.robot.operations.running import Running, Status
-
-if TYPE_CHECKING:
-    from bioscara.robot.arm import Arm
 
 T = TypeVar("T")
 
@@ -69,7 +67,7 @@ class Operation(Running[T]):
 
     devices: frozenset[Device] = ARM
     _needs_confirmed_scene = False
-    """Whether it moves something by itself, and not by a person's hand as a jog."""
+    """Whether it moves something autonomously, and not by a person's hand as a jog."""
 
     def __init__(
         self, name: str, *, timeout: float | None = None, on_cycle: OnCycle | None = None

@@ -43,7 +43,7 @@ class ReadCounters(Operation[Mapping[str, Counters]]):
     def cycles(self, arm: Arm) -> Cycles[Mapping[str, Counters]]:
         """Return the counters by the names of the joints."""
         found: dict[str, Counters] = {}
-        for axis in arm.stack.arm.axes:
+        for axis in arm.stack.hardware.axes:
             joint = axis.joint
             if joint.version < 2:
                 continue

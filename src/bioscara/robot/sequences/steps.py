@@ -58,7 +58,7 @@ KINDS: dict[str, type[Any]] = {
     **{kind.kind(): kind for kind in tasks.TASKS if kind.step},
     "wait": Wait,
 }
-"""What a step can be, by its name in a file."""
+"""The kinds of steps, by their names in a file."""
 RENAMED = {
     "gripper_move": "move_gripper",
     "gripper_open": "open_gripper",
@@ -72,7 +72,7 @@ class Step:
     """A task, or a wait, as a part of a sequence.
 
     Attributes:
-        task: What is done.
+        task: The task.
         blend: Distance from the goal of a line or an arc at which the tool may leave its path for
             that of the next step [m]; 0 rests at the goal.
 

@@ -1,4 +1,4 @@
-"""What an arm can be asked to do: one frozen struct for each thing, and everything follows from it.
+"""The tasks of an arm: one frozen struct for each, and everything follows from it.
 
 In: the arguments, checked. Out: a plan from where the arm is, or the operation that does it.
 """

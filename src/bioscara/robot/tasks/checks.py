@@ -30,7 +30,7 @@ def checked_by(check: Check, form: type[Any] | None = None, **schema: Any) -> Me
     Args:
         check: Its check.
         form: How its value is written in a file, where that differs: see :mod:`.forms`.
-        schema: What the JSON Schema says besides the type.
+        schema: Content of the JSON Schema without the type.
     """
     return Meta(extra={_CHECK: check, _FORM: form}, extra_json_schema=schema or None)
 
@@ -56,7 +56,7 @@ def within(lower: float, upper: float, unit: str, remedy: str = "") -> Meta:
 
 
 def check_fields(value: msgspec.Struct) -> None:
-    """Check the fields of a struct, and keep what the checks return.
+    """Check the fields of a struct, and keep the values that the checks return.
 
     Raises:
         InvalidArgumentError: A value cannot be used; the message names the field.

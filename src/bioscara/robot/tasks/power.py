@@ -1,4 +1,4 @@
-"""Power of the joints, and the way from a fault to an arm that can move again; nothing moves."""
+"""Power of the joints, and the recovery from a fault; nothing moves."""
 
 from __future__ import annotations
 

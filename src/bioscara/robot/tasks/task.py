@@ -1,4 +1,4 @@
-"""What an arm can be asked to do, as a value."""
+"""A task of an arm, as a value."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Task(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
 
         Args:
             arm: The arm.
-            conditions: Its longest duration, and who gets the records.
+            conditions: Its longest duration, and the receiver of the records.
 
         Raises:
             NotSupportedError: Only the owner of an arm can carry it out.

@@ -1,4 +1,4 @@
-"""Tasks from values as files and the page have them, and back; all problems are told at once."""
+"""Tasks from values as files and the page have them, and back; with all problems at once."""
 
 from __future__ import annotations
 

@@ -181,7 +181,7 @@ class Workspace:
         return replace(self, unconfirmed=frozenset())
 
     def _confirmed(self, part: WorkspacePart, **changes: Any) -> Workspace:
-        """Return the workspace with a part that somebody has declared now."""
+        """Return the workspace with a part that is declared now."""
         return replace(self, unconfirmed=self.unconfirmed - {part}, **changes)
 
     def unconfirmed_words(self) -> tuple[str, ...]:

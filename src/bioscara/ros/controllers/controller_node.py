@@ -19,7 +19,7 @@ from bioscara.ros.controllers.parameter_sections import sections
 
 
 class ControllerNode:
-    """The node of a controller; a subclass adds what its type offers while it is configured.
+    """The node of a controller; a subclass adds the interfaces of its type while it is configured.
 
     Args:
         bridge: The common parts of the node.
@@ -58,7 +58,7 @@ class ControllerNode:
             # Of rclpy, for a file that is missing or wrong, arguments, and names.
             raise ConfigurationError(f"the node {name} cannot be made: {error}") from error
         self._ignored = self._not_its_own(sections(arguments))
-        # Those that were declared with their defaults, which are given by nobody.
+        # Those that were declared with their defaults, which are given nowhere.
         self._defaults: dict[str, Any] = {}
         self.node.add_on_set_parameters_callback(self._check_parameters)
         bridge.executor.add_node(self.node)
@@ -85,7 +85,7 @@ class ControllerNode:
             self.node.declare_parameter(each.name, value, each.descriptor, ignore_override=True)
 
     def configure(self) -> None:
-        """Offer what the controller offers from now on."""
+        """Offer the controller's interfaces from now on."""
         with self._publishing:
             if not self.configured:
                 self.create()

@@ -138,7 +138,7 @@ class LoadedControllers:
                 node.take(sample)
 
     def follow(self) -> m.ControllerList:
-        """Remove the controllers that the owner does not have any more; return what it has.
+        """Remove the controllers that the owner does not have any more; return those it has.
 
         Raises:
             OwnerLostError: There is no owner.

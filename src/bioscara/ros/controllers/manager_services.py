@@ -30,7 +30,7 @@ class ManagerServices:
     Args:
         bridge: The common parts of the node.
         loaded: The controllers.
-        follow: Publishes what a service has changed, before that answers.
+        follow: Publishes the changes of a service, before that answers.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class ManagerServices:
             )
 
     def _attempt(self, what: str, call: Callable[[], str | None]) -> tuple[bool, str]:
-        """Carry out what may change controllers or hardware; as :meth:`Bridge.attempt`."""
+        """Carry out a change of controllers or hardware; as :meth:`Bridge.attempt`."""
         answer = self._bridge.attempt(what, call)
         # Without an owner its loss is published, and one that is silent would not answer.
         if not self._bridge.owner.silence:

@@ -23,7 +23,7 @@ class DescribedParameter(NamedTuple):
         name: Its name, with dots.
         default: Its value where none is given; ``MISSING`` if it is required or a group.
         annotation: Type and bounds of its values.
-        description: What it means.
+        description: Its meaning.
     """
 
     name: str

@@ -80,7 +80,7 @@ STRICTNESSES = ("strict", "best_effort")
 
 
 def without_effect(flat: Mapping[str, Any]) -> list[str]:
-    """Return a sentence for each parameter of the manager that asks for what it cannot do.
+    """Return a sentence for each parameter of the manager that requests an unsupported function.
 
     Args:
         flat: Parameters of the manager, with dots in their names.
@@ -201,4 +201,4 @@ ALSO_KNOWN: dict[str, frozenset[str]] = {
     JointStateBroadcaster.TYPE: _OF_BROADCASTER,
     JointTrajectoryController.TYPE: frozenset({"command_joints", "state_publish_rate"}),
 }
-"""Names of parameters that files of ROS have for a type, beside those of the owner's controller."""
+"""Names of parameters that only files of ROS have, by the type of the controller."""

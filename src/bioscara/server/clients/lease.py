@@ -96,7 +96,7 @@ class Lease:
         )
 
     def lapsed(self) -> str:
-        """Return why it has just ended by itself, in words; it has no holder then.
+        """Return why it has just ended without a release, in words; it has no holder then.
 
         Returns:
             The reason; empty if it goes on, or has no holder.

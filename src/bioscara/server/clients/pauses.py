@@ -24,7 +24,7 @@ class _Author(NamedTuple):
 
 
 class Pauses:
-    """Decides who may lift the pauses of an arm.
+    """Decides which clients may lift the pauses of an arm.
 
     A pause is lifted by its author, or by the holder of the lease. One whose author has
     disconnected stays: a person may rely on it, such as one who reaches into the cell. A client of
@@ -56,7 +56,7 @@ class Pauses:
         """Lift all pauses that a client may lift, and return the names of their authors.
 
         Raises:
-            LeaseError: The arm is paused, and it may lift no pause; names those who can.
+            LeaseError: The arm is paused, and it may lift no pause; names the clients that can.
         """
         pauses = self._arm.pauses
         commands = self._lease.holder == client.session
@@ -76,7 +76,7 @@ class Pauses:
         )
 
     def _refusal(self, pauses: dict[str, str]) -> str:
-        """Return who paused and who can resume."""
+        """Return the authors of the pauses and the clients that can resume."""
         words, able, holder = [], [], self._lease.client
         for key, name in pauses.items():
             author = self._authors.get(key)

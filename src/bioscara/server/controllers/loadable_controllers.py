@@ -88,7 +88,7 @@ def _completed(stack: Stack, kind: str, values: Mapping[str, Any]) -> dict[str, 
     elif kind == JointTrajectoryController.TYPE:
         return _with_ramps(stack, given)
     elif kind == JointStateBroadcaster.TYPE:
-        given.setdefault("joints", [axis.name for axis in stack.arm.axes])
+        given.setdefault("joints", [axis.name for axis in stack.hardware.axes])
     return given
 
 
@@ -131,7 +131,7 @@ def _with_homing_limits(stack: Stack, given: dict[str, Any]) -> dict[str, Any]:
 def _require_names(stack: Stack, controller: AnyController) -> None:
     """Raise unless the joints of a controller are those that it may use, none of them twice."""
     parameters, name = controller.parameters, controller.name
-    joints = tuple(axis.name for axis in stack.arm.axes)
+    joints = tuple(axis.name for axis in stack.hardware.axes)
     jaws = tuple(
         handle.joint
         for component in stack.manager.components

@@ -31,15 +31,14 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import LifecycleState
-from bioscara.robot.arm import Arm
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
-from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
 from bioscara.robot.operations.controllers.planned_goal import PlannedGoal, can_be_planned, slowed
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
 from bioscara.robot.operations.operation import Operation
+from bioscara.robot.runner import Runner
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.controllers.controller_goals import ControllerGoals
 from bioscara.server.controllers.loadable_controllers import LOADED, made_controller, require_client
@@ -77,7 +76,7 @@ class ClientControllers:
     """Carries out requests that concern the controllers of clients.
 
     Args:
-        arm: The arm.
+        runner: Runs the operations of the arm.
         admission: Of the owner.
 
     Attributes:
@@ -85,8 +84,8 @@ class ClientControllers:
         handlers: The functions that handle the commands.
     """
 
-    def __init__(self, arm: Arm, admission: Admission) -> None:
-        self._arm, self._admission = arm, admission
+    def __init__(self, runner: Runner, admission: Admission) -> None:
+        self._runner, self._arm, self._admission = runner, runner.arm, admission
         self._run: RunControllers | None = None
         # One call at a time changes controllers or hardware, as in ros2_control.
         self._changing, self._jaws = threading.Lock(), threading.Lock()
@@ -211,7 +210,7 @@ class ClientControllers:
         if not self._need_operation(command):
             return self._between(_SWITCHING, partial(self._switch_idle, request)), None
         run = self._run = RunControllers(*request)
-        self._arm.begin(run, check)
+        self._runner.begin(run, check)
         try:
             return run.switched.result(_PATIENCE), run
         except TimeoutError:
@@ -258,13 +257,13 @@ class ClientControllers:
             raise SwitchError(f"there is no hardware component {command.component!r}; {hint}")
         state = states[command.state]
         check = self._admission.check("setting a hardware state", client, epoch)
-        used = ARM if command.component == stack.arm.name else GRIPPER
+        used = ARM if command.component == stack.hardware.name else GRIPPER
 
         def work() -> LifecycleState:
             run = self._run
             claim = run is None or run.done
             operation = ChangeHardwareState(command.component, state, used, claim=claim)
-            self._arm.begin(operation, check)
+            self._runner.begin(operation, check)
             return operation.result(_PATIENCE)
 
         return Later(
@@ -292,12 +291,12 @@ class ClientControllers:
                 if not planned:
                     handle = controller.send_goal(prepared, arm.session.clock.now())
                     return self.goals.add(name, handle), None
-                run.following = PlannedGoal(arm, controller, prepared)
+                run.following = PlannedGoal(self._runner, controller, prepared)
                 return self.goals.add(name, run.following.handle), run.following
 
             number, following = self._between(f"a goal for {name}", send)
             if following is not None:
-                # The request is answered meanwhile.
+                # The request is answered before the plan is made.
                 threading.Thread(target=following.plan, name="bioscara-goal", daemon=True).start()
             return number
 
@@ -332,7 +331,7 @@ class ClientControllers:
             with self._jaws:
                 run = self._require_running(name)
                 controller = self._get(name, GripperActionController)
-                handle = send_gripper_goal(self._arm, run, controller, command.goal)
+                handle = send_gripper_goal(self._runner, run, controller, command.goal)
                 return self._between(f"a goal for {name}", lambda: self.goals.add(name, handle))
 
         return Later(work, m.ControllerGoal)
@@ -424,7 +423,7 @@ class ClientControllers:
 
     def _between(self, name: str, work: Callable[[], T]) -> T:
         """Call a function between two cycles, in their thread; return its result."""
-        return between_cycles(self._arm, name, work)
+        return self._runner.between_cycles(name, work)
 
     def _alone(self, work: Callable[[], T]) -> Callable[[], T]:
         """Return a function that waits for the end of other changes first."""

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from bioscara.api import messages as m
 from bioscara.hardware.axis import Axis
 from bioscara.protocol import Capability, Fault
-from bioscara.robot.arm import Arm
 from bioscara.robot.operations.read_counters import Counters, ReadCounters
+from bioscara.robot.runner import Runner
 
 _COUNTERS_PERIOD = 2.0
 """Least time between two readings of the joints' counters [s]."""
@@ -20,12 +20,12 @@ class JointReports:
     """Describes the joints; keeps their counters, which are read at most every 2 s.
 
     Args:
-        arm: The arm.
+        runner: Runs the operations of the arm.
         clock: Returns the time [s].
     """
 
-    def __init__(self, arm: Arm, clock: Callable[[], float]) -> None:
-        self._arm, self._clock = arm, clock
+    def __init__(self, runner: Runner, clock: Callable[[], float]) -> None:
+        self._runner, self._arm, self._clock = runner, runner.arm, clock
         self._reading = threading.Lock()
         self._due = -math.inf
         self._counted = math.nan
@@ -38,13 +38,13 @@ class JointReports:
             NotInitializedError: The arm is not connected.
         """
         with self._reading:
-            if self._clock() >= self._due and self._arm.watched:
+            if self._clock() >= self._due and self._runner.watched:
                 self._read()
-        joints = tuple([self._joint(axis) for axis in self._arm.stack.arm.axes])
+        joints = tuple([self._joint(axis) for axis in self._arm.stack.hardware.axes])
         return m.JointList(joints, self._counted)
 
     def _read(self) -> None:
-        read = self._arm.execute(ReadCounters())
+        read = self._runner.execute(ReadCounters())
         self._due = self._clock() + _COUNTERS_PERIOD
         if read:
             self._counters.update(read)

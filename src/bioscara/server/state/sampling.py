@@ -15,7 +15,7 @@ from bioscara.drivers import Quality
 from bioscara.hardware import LifecycleState
 from bioscara.hardware.axis import Axis
 from bioscara.kinematics.pose import wrapped
-from bioscara.robot.arm import Arm
+from bioscara.robot.runner import Runner
 
 _NUMBER = {quality: number for number, quality in enumerate(QUALITIES)}
 _UNKNOWN = len(QUALITIES) - 1
@@ -25,9 +25,9 @@ _FRESH = Quality.FRESH
 class Sampler:
     """Makes a sample of the arm's state at the end of each cycle."""
 
-    def __init__(self, arm: Arm) -> None:
-        self._arm = arm
-        self._names = tuple(axis.name for axis in arm.stack.arm.axes)
+    def __init__(self, runner: Runner) -> None:
+        self._runner, self._arm = runner, runner.arm
+        self._names = tuple(axis.name for axis in runner.arm.stack.hardware.axes)
         self._cycle = 0
 
     def sample(self, cycle: CycleReport) -> StateSample:
@@ -35,7 +35,7 @@ class Sampler:
         arm = self._arm
         stack = arm.stack
         self._cycle += 1
-        axes, states = stack.arm.axes, stack.broadcaster.states
+        axes, states = stack.hardware.axes, stack.broadcaster.states
         count = len(axes)
         pose = None
         if states is None:
@@ -60,7 +60,7 @@ class Sampler:
             pose=pose,
             **self._condition(),
             late=max(cycle.timing.late, 0.0),
-            bus_time=stack.arm.bus_time,
+            bus_time=stack.hardware.bus_time,
             stale=states is None,
             loads=_loads(axes),
         )
@@ -79,12 +79,12 @@ class Sampler:
         arm, stack = self._arm, self._arm.stack
         return {
             "width": arm.jaws.commanded,
-            "enabled": stack.arm.state is LifecycleState.ACTIVE,
+            "enabled": stack.hardware.state is LifecycleState.ACTIVE,
             "fault": stack.supervisor.state.value,
             "paused": bool(pauses := arm.pauses),
             "paused_by": tuple(pauses.values()),
             "speed_override": arm.speed_override,
-            "limitation": arm.limitation,
+            "limitation": self._runner.limitation,
             "moving": tuple([each.name for each in arm.operations if each.devices]),
         }
 

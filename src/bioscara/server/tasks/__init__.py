@@ -1,6 +1,6 @@
-"""What clients let the arm do: the tasks that they begin, and the goals that these become.
+"""The work of clients: the tasks that they begin, and the goals that these become.
 
-Begin with ``task_operations``, which makes the operation of a task. ``goals`` numbers the
+Begin with ``owner_tasks``, which makes the operation of a task. ``goals`` numbers the
 operations and keeps their results. ``jog_stream`` takes the velocities of a jog while it runs, and
 ``uploads`` collects the parts of a trajectory until it is complete.
 """

@@ -97,7 +97,7 @@ class ClientGoal:
         return operation.paths
 
     def shorten(self) -> None:
-        """Keep the value of an ended goal, and not what its operation holds."""
+        """Keep the value of an ended goal, and not the objects of its operation."""
         if self._final is None:
             self._final = self.value()
             self.operation.forget()

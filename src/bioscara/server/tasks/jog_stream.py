@@ -25,10 +25,10 @@ class JogStream:
 
     A velocity applies from its arrival. Without an expiry the arm rests while no new one arrives,
     and moves on with the next one. With an expiry the jog ends: it cannot be known why the client
-    fell silent, and a person who has released a key must not see the arm move again.
+    fell silent, and the arm must not move again after a person has released a key.
 
     Args:
-        expiry: Time without a velocity after which the jog ends [s]; None to rest meanwhile.
+        expiry: Time without a velocity after which the jog ends [s]; None to rest until then.
         velocity: The first velocity; None for rest.
         clock: Returns the time [s]; monotonic.
 
@@ -82,7 +82,7 @@ class JogStream:
             return self._velocity
 
     def _require_fresh(self) -> None:
-        """Raise if the jog has expired: for ever, as no velocity is taken from then on."""
+        """Raise if the jog has expired; from then on no velocity is taken."""
         if self._expiry is None or self._ended:
             return
         if self._clock() - self._at > self._expiry:

@@ -60,7 +60,7 @@ class OwnerTasks:
 
         Args:
             task: The task.
-            conditions: Its longest duration, and who gets the records.
+            conditions: Its longest duration, and the receiver of the records.
 
         Raises:
             InvalidArgumentError: A value cannot be used.

@@ -2,6 +2,6 @@
 
 Begin with ``guard``, which checks each request before a route sees it: its address with
 ``addresses``, its credential with ``tokens`` and ``browser_sessions``, its rate with
-``rate_limit``. ``scopes`` are the rights of a credential. ``certificates`` makes the certificate of
-a gateway that has none. A request comes in; its scope or a refusal goes out.
+``rate_limit``. ``certificates`` makes the certificate of a gateway that has none. A request comes
+in; its scope or a refusal goes out.
 """

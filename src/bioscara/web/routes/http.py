@@ -1,4 +1,4 @@
-"""What the routes share: the scope that one needs, bodies of requests, answers and refusals."""
+"""Shared parts of the routes: their scopes, bodies of requests, answers and refusals."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _T = TypeVar("_T")
 
 
 class ContentVerdict(msgspec.Struct, frozen=True):
-    """The answer to a question about content: what it yields, or why it cannot be used.
+    """The answer to a question about content: its result, or why it cannot be used.
 
     That a file or a value cannot be used is an answer and no error of the request: a browser
     reports each error status in its console.
 
     Attributes:
-        result: What the content yields; null if it cannot be used.
+        result: The result of the content; null if it cannot be used.
         failure: Why it cannot be used, or null.
     """
 
@@ -45,7 +45,7 @@ class ContentVerdict(msgspec.Struct, frozen=True):
 
 
 class _ScopeError(Exception):
-    """The credential of a request may not do what a route does."""
+    """The credential of a request lacks the right for a route."""
 
     def __init__(self, needed: Scope, has: Scope) -> None:
         self.needed, self.has = needed, has
@@ -53,7 +53,7 @@ class _ScopeError(Exception):
 
 
 class _BodyError(Exception):
-    """The body of a request is not what its route takes."""
+    """The body of a request does not fit its route."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -119,7 +119,7 @@ def decoded(body: bytes, what: str, kind: type[_T]) -> _T:
 
     Args:
         body: The body.
-        what: What it has to be, for messages.
+        what: Its required form, for messages.
         kind: Its type; other content is answered with status 422.
     """
     try:

@@ -34,7 +34,7 @@ def _document(app: FastAPI, given: Sequence[type[Any]]) -> dict[str, Any]:
     types = [m.FromClient, m.FromOwner, *given]
     (sent, received, *_), schemas = msgspec.json.schema_components(types, ref_template=template)
     _, sendable = msgspec.json.schema_components([m.FromClient], ref_template=template)
-    # What the owner alone sends may have unknown numbers; from a client they are refused.
+    # Messages that only the owner sends may have unknown numbers; from a client they are refused.
     schemas = {
         name: schema if name in sendable else _with_unknown_numbers(schema)
         for name, schema in schemas.items()

@@ -203,14 +203,14 @@ def test_a_user_pauses_and_resumes_while_a_program_commands(
             0,
             "left is paused; continue with: bioscara resume --arm left\n",
         )
-        user = arm.robot.arm.pauses.values()
+        user = arm.robot.runner.arm.pauses.values()
         assert re.search(
             rf"^state: .*paused by {re.escape(*user)}", said(capsys, "status")[1], re.M
         )
         robot_of_another = Robot.connect("arm:left").open()
         robot_of_another.pause()
         status, out, _ = said(capsys, "resume", "--arm", "left")
-        (other,) = arm.robot.arm.pauses.values()
+        (other,) = arm.robot.runner.arm.pauses.values()
         assert (status, out) == (0, f"left stays paused by {other}\n")
         status, _, err = said(capsys, "resume")
         assert status == 2
@@ -229,11 +229,11 @@ def test_a_pause_without_a_name_is_of_all_arms_and_one_is_resumed(
     with serving(Robot.simulated(), ServeSettings("right", "sim", real_time_factor=50.0)) as right:
         status, out, _ = said(capsys, "pause")
         assert (status, len(out.splitlines())) == (0, 2)
-        assert right.robot.arm.paused
+        assert right.robot.runner.arm.paused
         status, _, err = said(capsys, "resume")
         assert (status, "choose one with --arm NAME" in err) == (2, True)
         said(capsys, "resume", "--arm", "right")
-        assert (arm.robot.arm.paused, right.robot.arm.paused) == (True, False)
+        assert (arm.robot.runner.arm.paused, right.robot.runner.arm.paused) == (True, False)
         said(capsys, "resume", "--arm", "left")
 
 
@@ -249,7 +249,7 @@ def test_a_simulated_fault_needs_no_lease_and_is_ended(
             "end all: bioscara simulate-fault clear --arm left",
         ]
         said(capsys, "simulate-fault", "push", "j1", "-0.5", "--arm", "left")
-        assert [each[:3] for each in arm.owner.robot.arm.session.bus.bench.faults] == [  # type: ignore[attr-defined]
+        assert [each[:3] for each in arm.owner.robot.runner.arm.session.bus.bench.faults] == [  # type: ignore[attr-defined]
             ("freeze_encoder", "j3", 1.0),
             ("push", "j1", -0.5),
         ]

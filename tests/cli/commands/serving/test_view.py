@@ -21,7 +21,7 @@ from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, write_csv
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
-from bioscara.report.samples import header, row
+from bioscara.report.sample_file import header, row
 from bioscara.web.access.tokens import default_path
 from served import NAME, arm_served
 
@@ -30,7 +30,7 @@ EXAMPLE = Path(__file__).parents[4] / "examples" / "scene.yaml"
 
 
 def viewed(words: str) -> Viewed:
-    """Return what the page is told that ``bioscara view`` with these words opens."""
+    """Return the data of the page that ``bioscara view`` with these words opens."""
     return viewed_from(parse(["view", *words.split()]), load_parameters())
 
 

@@ -192,7 +192,7 @@ def test_a_joint_whose_firmware_does_not_tell_its_image_is_listed_without(
             (Transaction(0x13, message.encode_v2(0x13, 0), message.sealed_answer_size),)
         )
         assert isinstance(answer, bytes)
-        # All capabilities that our firmware had before it told its image.
+        # All capabilities that our firmware had before it reported its image.
         bus.payloads[0x13, Register.HELLO] = answer[:9] + bytes((0x7F,))
         return bus
 

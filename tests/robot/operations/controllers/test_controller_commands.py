@@ -164,7 +164,7 @@ def test_a_stroke_that_is_not_clear_along_a_goal_is_refused(left: Site) -> None:
     controllers.switch((), ["gripper_controller"])
     eventually(lambda: not left.robot.is_moving)
     here = left.robot.state.positions
-    # Beside the path near its end, where only open jaws would be too near.
+    # Next to the path near its end, where only open jaws would be too near.
     x, y, z, yaw = left.robot.kinematics.forward((here[0] + 0.3, *here[1:]))
     beside = (x - 0.055 * math.sin(yaw), y + 0.055 * math.cos(yaw))
     ahead = (beside[0] - 0.02 * math.cos(yaw), beside[1] - 0.02 * math.sin(yaw))

@@ -275,7 +275,7 @@ def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
 ) -> None:
     left.robot.controllers.set_hardware_state("bioscara_gripper_128", "active")
     left.activated(POSITION_JTC)
-    arm, widths = left.served.robot._arm, []
+    arm, widths = left.served.robot.runner.arm, []
 
     def planned(planner: Planner, *given: Any) -> tuple[Trajectory, ...]:
         widths.append(planner.workspace.widths)
@@ -350,7 +350,7 @@ def test_velocities_with_gains_follow_a_goal() -> None:
         assert (refused.status, "j4 ends at" in refused.text) == ("aborted", True)
         goal = left.follow(VELOCITY_JTC, (-0.3, 0, 0, 0), time=3.0)
         left.moving()
-        controller = left.served.robot._arm.stack.manager.controller(VELOCITY_JTC)
+        controller = left.served.robot.runner.arm.stack.manager.controller(VELOCITY_JTC)
         assert (controller.smooth, controller.collision_checked) == (True, False)
         left.robot.stop()
         assert left.ended(goal).status == "aborted"
@@ -382,8 +382,8 @@ def test_commands_are_streamed_and_a_pause_holds_them(interface: str) -> None:
             left.passed(0.02)
         assert left.positions[0] > first + 0.03
         seen: list[float] = []
-        arm = left.served.robot.arm
-        arm.observers = (*arm.observers, lambda _: seen.append(left.positions[0]))
+        runner = left.served.robot.runner
+        runner.observers = (*runner.observers, lambda _: seen.append(left.positions[0]))
         left.robot.pause()
         left.passed(1.0)
         held = left.positions
@@ -452,7 +452,7 @@ def test_ctrl_c_brings_the_arm_to_rest_and_ends_the_goal(tmp_path: Path) -> None
     with own_robot(tmp_path) as robot:
         robot.home()
         robot.move_joints(HALF)
-        stack, plant = robot.arm.stack, robot.bus.arm  # type: ignore[attr-defined]
+        stack, plant = robot.runner.arm.stack, robot.bus.arm  # type: ignore[attr-defined]
         controller = stack.manager.load(POSITION_JTC, **_loaded(POSITION_JTC))
         assert isinstance(controller, JointTrajectoryController)
         stack.manager.configure(POSITION_JTC)
@@ -464,12 +464,12 @@ def test_ctrl_c_brings_the_arm_to_rest_and_ends_the_goal(tmp_path: Path) -> None
                 goal = Goal(JointTrajectory(JOINTS, (target,)))
                 goals.append(controller.send_goal(goal, cycle.time))
             if plant.velocity("j1") > 0.1:
-                robot.arm.observers = ()
+                robot.runner.observers = ()
                 raise KeyboardInterrupt
 
-        robot.arm.observers = (observe,)
+        robot.runner.observers = (observe,)
         with pytest.raises(KeyboardInterrupt):
-            robot.arm.execute(RunControllers([POSITION_JTC], [], Strictness.STRICT))
+            robot.runner.execute(RunControllers([POSITION_JTC], [], Strictness.STRICT))
         assert goals[0].status is GoalStatus.ABORTED
         assert goals[0].text.startswith("The controllers were stopped")
         assert controller.state is LifecycleState.INACTIVE
@@ -493,7 +493,7 @@ def test_controllers_that_best_effort_activates_before_an_error_are_in_the_opera
 ) -> None:
     with own_robot(tmp_path) as robot:
         robot.home()
-        manager = robot.arm.stack.manager
+        manager = robot.runner.arm.stack.manager
         one = {"joints": ["j1"], "interface_name": "position"}
         good = manager.load("good", FORWARD, one)
         values = {**one, "joints": ["j2"]}
@@ -502,7 +502,7 @@ def test_controllers_that_best_effort_activates_before_an_error_are_in_the_opera
             manager.configure(name)
         strict = RunControllers(["good", "bad"], [], Strictness.STRICT)
         with pytest.raises(SwitchError, match="it fails"):
-            robot.arm.execute(strict)
+            robot.runner.execute(strict)
         operation = RunControllers(["good", "bad"], [], Strictness.BEST_EFFORT)
         cycles = 0
 
@@ -512,9 +512,9 @@ def test_controllers_that_best_effort_activates_before_an_error_are_in_the_opera
             if cycles == 20:
                 operation.cancel()
 
-        robot.arm.observers = (observe,)
+        robot.runner.observers = (observe,)
         with pytest.raises(MotionCancelledError):
-            robot.arm.execute(operation)
+            robot.runner.execute(operation)
         assert isinstance(operation.switched.exception(), SwitchError)
         assert cycles >= 20
         assert good.state is LifecycleState.INACTIVE

@@ -48,8 +48,8 @@ def test_hardware_is_energised_by_request_alone(left: Site) -> None:
         if left.served.robot.is_enabled:
             speeds.append(left.speed)
 
-    arm = left.served.robot.arm
-    arm.observers = (*arm.observers, observe)
+    runner = left.served.robot.runner
+    runner.observers = (*runner.observers, observe)
     assert controllers.set_hardware_state("bioscara_arm", "inactive") == "inactive"
     assert left.ended(goal).status == "aborted"
     # The belts may still swing.

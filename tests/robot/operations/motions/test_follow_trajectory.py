@@ -96,7 +96,7 @@ def test_a_motion_that_misses_its_goal_is_aborted(
 ) -> None:
     def observe(record: CycleRecord) -> None:
         if record.joints[0].position > -1.0 - left:
-            robot._arm.stack.tool_speed.limit = speed
+            robot.runner.arm.stack.tool_speed.limit = speed
 
     with pytest.raises(GoalAbortedError, match=complaint):
         robot.move_joints((-1.0, 0.30, 2.0, 2.0), on_cycle=observe)

@@ -22,16 +22,14 @@ from bioscara.errors import (
     ZoneError,
 )
 from bioscara.kinematics import Pose
-from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.tools import Tool
-from bioscara.sim import SimulatedArm
-from robot.operations.test_arbiter import Scene as Bench
-from simulated import NEAR
+from robot.bench import Bench
+from simulated import ARM, NAMES, simulated_bus
 
-JAWS = load_parameters().gripper
+JAWS = ARM.gripper
 PLATE = Load(
     "plate", Prism.between((-0.064, -0.043, -0.011), (0.064, 0.043, 0.004)), 0.05, ("table",)
 )
@@ -42,9 +40,8 @@ ABOVE = (0.0, 0.2, 0.0, 0.0)
 
 @pytest.fixture(scope="module")
 def homed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
-    arm = SimulatedArm(seed=1, positions=NEAR)
+    arm = simulated_bus(homed=True, at=ABOVE).arm
     with Bench(arm, tmp_path_factory.mktemp("evidence")).robot as robot:
-        robot.home()
         robot.move_joints(ABOVE)
         yield robot
 
@@ -261,14 +258,14 @@ def test_impossible_loads_are_refused(change: dict[str, object], complaint: str)
 
 
 def test_homing_with_a_load_is_refused_and_moves_nothing(tmp_path: Path) -> None:
-    made = Bench(SimulatedArm(seed=1, positions=NEAR), tmp_path)
+    made = Bench(simulated_bus().arm, tmp_path)
     with made.robot as robot:
         # The positions of the joints are unknown: a load is not checked.
         robot.attach(replace(PLATE, touches=()))
-        before = [made.arm.position(name) for name in ("j1", "j2", "j3", "j4")]
+        before = [made.arm.position(name) for name in NAMES]
         with pytest.raises(LifecycleError, match=r"home.* carries plate"):
             robot.home()
-        after = [made.arm.position(name) for name in ("j1", "j2", "j3", "j4")]
+        after = [made.arm.position(name) for name in NAMES]
         assert after == pytest.approx(before, abs=2e-3)
         robot.detach()
         # The servo is not driven: the jaws may have any width.

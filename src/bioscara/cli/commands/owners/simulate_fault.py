@@ -88,7 +88,7 @@ def kinds() -> list[str]:
 
 
 def _value(kind: BenchFault) -> str:
-    """Return what the value is, with its limits, as the end of a sentence."""
+    """Return the meaning of the value, with its limits, as the end of a sentence."""
     if not kind.value:
         return ""
     unit = f" [{kind.unit}]" if kind.unit else ""

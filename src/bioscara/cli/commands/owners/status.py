@@ -17,7 +17,7 @@ def arguments(parser: Parser) -> None:
 
 
 def run(options: Options, output: Output) -> None:
-    """Describe an arm, what it does and who commands it."""
+    """Describe an arm, its activity and the client that commands it."""
     from bioscara.api import messages as m
     from bioscara.cli.owner_link import asked, linked, owner_name, state_words
 

@@ -117,7 +117,7 @@ def _existing(scene: Path | None) -> Path | None:
 
 
 def _state_folder() -> Path:
-    """Return the folder for what the next owner has to know: of the service, or of this user."""
+    """Return the folder of the state for the next owner: of the service, or of this user."""
     if service := os.environ.get("STATE_DIRECTORY"):
         return Path(service.split(":")[0])
     return Path(os.environ.get("XDG_STATE_HOME") or "~/.local/state").expanduser() / "bioscara"

@@ -117,7 +117,7 @@ def run(options: Options, output: Output) -> None:
         if not sys.stdout.isatty():
             # Of a service this is its log, which others may read.
             scopes = []
-        # Where one address with a token is shown, another one beside it would be opened in vain.
+        # Where one address with a token is shown, another one next to it would be opened in vain.
         address = gateway.url_with_token(scopes[0]) if len(scopes) == 1 else gateway.url
         output.line(f"arm {arm} on the web: {address} (Ctrl-C ends it)")
         if not scopes:

@@ -163,13 +163,13 @@ def _drawn(pose: NamedPose, options: Options, store: TableStore) -> str:
     return write_picture(options.plot, plan, planner, parameters, f"pose {pose.name}")
 
 
-def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
+def _reached(kinematics: Scara, place: Pose) -> tuple[Joints | None, str]:
     """Return the joint solution closest to the centre of the limits, or why there is none."""
     from bioscara.kinematics import Joints
 
-    centre = Joints(*(0.5 * (limit.lower + limit.upper) for limit in arm.limits))
+    centre = Joints(*(0.5 * (limit.lower + limit.upper) for limit in kinematics.limits))
     try:
-        return arm.solve(place, centre), ""
+        return kinematics.solve(place, centre), ""
     except UnreachableError as error:
         return None, str(error)
 

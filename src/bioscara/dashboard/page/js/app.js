@@ -1,4 +1,4 @@
-// What all parts of the page share: the arm, its commands, messages to the person, the texts.
+// Values that all parts of the page share: the arm, its commands, messages to the person, the texts.
 
 /** @import { AnyTask, GoalValue } from "../messages.d.ts" */
 /** @import { Connection } from "./connection.js" */
@@ -23,7 +23,7 @@ import { text } from "./texts.js";
 /** A command was given without the lease. */
 export class NoLeaseError extends Error {}
 
-/** Something cannot be done, or ended early, for a reason that the person is told. */
+/** Something cannot be done, or ended early, for a reason that the page shows. */
 export class ActionError extends Error {}
 
 /** Errors that are no mistakes of the page. */
@@ -40,7 +40,7 @@ export class App {
     this.arm = arm;
     /** @type {((message: string, kind: "info" | "error") => void)[]} */
     this.messageListeners = [];
-    /** Called when a jog, or whatever else is held, has to end. @type {((why: string) => void)[]} */
+    /** Called when a jog, or another motion that is held, has to end. @type {((why: string) => void)[]} */
     this.interrupts = [];
     /** How often that was: what waits for an answer before it moves the arm compares it. */
     this.interruptions = 0;
@@ -55,7 +55,7 @@ export class App {
   /**
    * Begin a goal.
    *
-   * @param {AnyTask} task What it does.
+   * @param {AnyTask} task Its task.
    * @param {{timeout?: number | null}} [options] Limits.
    * @returns {Promise<GoalValue>} The goal as it begins.
    * @throws {NoLeaseError} This page does not command the arm.
@@ -134,7 +134,7 @@ export class App {
   }
 
   /**
-   * End whatever is held, such as a jog.
+   * End a motion that is held, such as a jog.
    *
    * @param {string} why Why, for messages.
    */
@@ -168,10 +168,10 @@ export class App {
 
 /**
  * @typedef {Object} Preview
- * @property {string} title What it is.
+ * @property {string} title Its name.
  * @property {import("../messages.d.ts").TrajectoryValue} trajectory The trajectory.
  * @property {number | null} plan Number of the owner's plan; null if it is none.
- * @property {(() => Promise<unknown>) | null} execute Begins it; null if it can only be looked at.
+ * @property {(() => Promise<unknown>) | null} execute Begins it; null if it can only be shown.
  * @property {number} time Time in it that the view shows [s].
  * @property {string[]} [notes] Notes for the person.
  * @property {[number, string][]} [phases] Begin of each of its parts [s], and the part's name.

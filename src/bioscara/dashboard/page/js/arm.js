@@ -1,4 +1,4 @@
-// What this page knows of the arm: the newest sample with its age, lease, faults, workspace, goals, events.
+// The arm as this page knows it: the newest sample with its age, lease, faults, workspace, goals, events.
 
 /** @import { Connection } from "./connection.js" */
 /** @import { Description, Event, FaultList, GoalValue, LeaseValue, StateSample, WorkspaceState } from "../messages.d.ts" */
@@ -29,12 +29,12 @@ export class MismatchError extends Error {}
  *
  * - `sample`: at most once for each frame of the screen;
  * - `link`: the connection, or the age of the sample, has another state;
- * - `reset`: another run of the owner; whatever was kept of the former one is void.
+ * - `reset`: another run of the owner; values of the former one are void.
  */
 export class Arm {
   /**
    * @param {Connection} connection The connection.
-   * @param {"view" | "operate" | "admin"} scope What this page may do.
+   * @param {"view" | "operate" | "admin"} scope The rights of this page.
    */
   constructor(connection, scope) {
     this.connection = connection;
@@ -132,7 +132,9 @@ export class Arm {
    */
   on(topic, listener) {
     this.listeners.set(topic, [...(this.listeners.get(topic) ?? []), listener]);
-    return () => { this.listeners.set(topic, (this.listeners.get(topic) ?? []).filter((each) => each !== listener)); };
+    return () => {
+      this.listeners.set(topic, (this.listeners.get(topic) ?? []).filter((each) => each !== listener));
+    };
   }
 
   /** @param {Topic} topic */
@@ -156,7 +158,9 @@ export class Arm {
     // A connection that broke gives no right to command: a person asks again.
     this.drop();
     this.#subscribe();
-    this.#ask("get_description", (result) => { this.description = result; }, "description");
+    this.#ask("get_description", (result) => {
+      this.description = result;
+    }, "description");
     this.#ask("list_goals", (result) => {
       for (const goal of result.goals) this.goals.set(goal.goal, goal);
     }, "goals");
@@ -181,19 +185,26 @@ export class Arm {
    */
   #ask(kind, keep, topic) {
     this.connection.request(/** @type {any} */ ({ kind })).then(
-      (result) => { keep(result); this.#tell(topic); },
+      (result) => {
+        keep(result);
+        this.#tell(topic);
+      },
       () => {},
     );
   }
 
   /** Ask for the workspace again. */
   refreshWorkspace() {
-    this.#ask("get_workspace", (result) => { this.workspace = result; }, "workspace");
+    this.#ask("get_workspace", (result) => {
+      this.workspace = result;
+    }, "workspace");
   }
 
   /** Ask for the faults again. */
   refreshFaults() {
-    this.#ask("get_faults", (result) => { this.faultList = result; }, "faults");
+    this.#ask("get_faults", (result) => {
+      this.faultList = result;
+    }, "faults");
   }
 
   /** Ask for the lease again; its answer also measures the round trip. */
@@ -271,7 +282,10 @@ export class Arm {
     if (this.drawing) return;
     // Drawn once for each frame of the screen, the newest one.
     this.drawing = true;
-    requestAnimationFrame(() => { this.drawing = false; this.#tell("sample"); });
+    requestAnimationFrame(() => {
+      this.drawing = false;
+      this.#tell("sample");
+    });
   }
 
   /** @param {Event} event */
@@ -304,7 +318,7 @@ export class Arm {
 
   #visible() {
     if (!this.connection.open) return;
-    // What was sent while the page was hidden is old: it gets a new sample first.
+    // Messages that were sent while the page was hidden are old: it gets a new sample first.
     this.#subscribe();
   }
 

@@ -30,12 +30,16 @@ class ArmsPage {
     const button = h("button", { type: "button", id: "stop-button", text: text("arms.stop_all"), "aria-describedby": "stop-description" });
     pressed(button, () => this.stopAll());
     at("stop").append(button, h("span", { id: "stop-description", class: "hidden-text", text: text("arms.stop_description") }));
-    window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.repeat) this.stopAll(); }, { capture: true });
+    window.addEventListener("keydown", (event) => {
+      if (event.key === "Escape" && !event.repeat) this.stopAll();
+    }, { capture: true });
   }
 
   /** Look again and again while the page is visible. */
   watch() {
-    const look = () => { if (!document.hidden) this.look(); };
+    const look = () => {
+      if (!document.hidden) this.look();
+    };
     setInterval(look, PERIOD);
     setInterval(() => this.#showAge(), PERIOD / 4);
     document.addEventListener("visibilitychange", look);

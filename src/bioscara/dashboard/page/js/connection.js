@@ -11,9 +11,9 @@ const LONGEST_WAIT = 5000;
 /** Number of round trips of which the least counts. */
 const TRIPS = 8;
 
-/** A request was refused, or failed; carries what the owner says. */
+/** A request was refused, or failed; carries the owner's failure. */
 export class RequestError extends Error {
-  /** @param {FailureValue} failure What the owner says. */
+  /** @param {FailureValue} failure The owner's failure. */
   constructor(failure) {
     super(failure.text);
     this.failure = failure;
@@ -24,7 +24,7 @@ export class RequestError extends Error {
 export class ConnectionError extends Error {}
 
 /**
- * The connection; it connects again by itself, and never sends a command twice.
+ * The connection; it reconnects automatically, and never sends a command twice.
  *
  * Handlers: `welcome`, `closed(reason, again)` and one for each kind of message.
  */
@@ -108,7 +108,7 @@ export class Connection {
   /**
    * Send a request.
    *
-   * @param {AnyCommand} command What is requested.
+   * @param {AnyCommand} command The request.
    * @param {number | null} [epoch] Epoch of the lease, for commands that need one.
    * @returns {Promise<any>} The result.
    * @throws {RequestError} The owner refuses it.
@@ -146,7 +146,7 @@ export class Connection {
         this.waiting.delete(message.id);
         if (message.kind === "response") {
           const { kind } = message.result;
-          // Answered at once, so that these measure the way alone.
+          // Answered at once, so that these measure the network alone.
           if (kind === "lease_state") this.#measure(performance.now() - waits.sent);
           waits.resolve(message.result);
         } else {

@@ -9,7 +9,7 @@ const BEHIND = ["identity", "lease", "link", "faults", "tabs", "main", "footer"]
 let counted = 0;
 
 /**
- * Open a dialog: it ends whatever is held, takes the focus, and Escape closes it, after it has stopped the arm.
+ * Open a dialog: it ends motions that are held, takes the focus, and Escape closes it, after it has stopped the arm.
  *
  * @param {App} app The page.
  * @param {string} title Its title.
@@ -20,7 +20,8 @@ let counted = 0;
 export function openDialog(app, title, build, closed = () => {}) {
   app.interrupt("a dialog was opened");
   const opener = document.activeElement;
-  const id = `dialog-${(counted += 1)}`;
+  counted += 1;
+  const id = `dialog-${counted}`;
   const box = h("div", { class: "dialog card column", role: "dialog", "aria-labelledby": id, tabindex: "-1" });
   const back = h("div", { class: "dialog-back" }, box);
   box.append(h("h2", { id, text: title }), ...build(close));

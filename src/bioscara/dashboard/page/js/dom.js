@@ -10,7 +10,7 @@ export const PHONE = matchMedia("(max-width: 767px)");
  * @param {K} tag Its name.
  * @param {Object<string, any>} [attributes] `class`, `text` and `on` (listeners by event) are special; null and
  *   false leave an attribute out.
- * @param {...(Node | string | null)} children What it contains.
+ * @param {...(Node | string | null)} children Its children.
  * @returns {HTMLElementTagNameMap[K]} The element.
  */
 export function h(tag, attributes = {}, ...children) {
@@ -86,6 +86,6 @@ export function setValues(target, values) {
 export function printable(text) {
   return String(text).replace(
     /[\p{C}\p{Zl}\p{Zp}]/gu,
-    (character) => (character === "\n" ? "\n" : "\\u{" + (character.codePointAt(0) ?? 0).toString(16) + "}"),
+    (character) => (character === "\n" ? "\n" : `\\u{${(character.codePointAt(0) ?? 0).toString(16)}}`),
   );
 }

@@ -1,4 +1,4 @@
-// The header: which arm, its state and what it allows, who commands, the connection; and messages below it.
+// The header: name, state and rights, the client that commands, the connection; and messages below it.
 
 /** @import { App } from "./app.js" */
 
@@ -12,7 +12,7 @@ import { text } from "./texts.js";
 
 /** Time for which a message stays [ms]. */
 const MESSAGE = 8000;
-/** Time between two looks at the age of values that are old [ms]. */
+/** Time between two checks of the age of values that are old [ms]. */
 const LOOK = 500;
 
 /** Mark and colour of each state of the page; words are in the texts. */
@@ -83,7 +83,7 @@ function buildIdentity(app) {
 }
 
 /**
- * Return what the arm does, and the colour for it.
+ * Return the arm's activity, and its colour.
  *
  * @param {App} app The page.
  * @returns {[string, string]} Both; empty where it is not known.
@@ -110,11 +110,14 @@ function buildLink(app) {
     const age = arm.sample ? duration(Math.round(arm.age / 100) / 10) : "";
     const last = arm.sample ? clockTime((Date.now() - arm.age) / 1000) : "";
     setText(word, text(`link.${state}`, { age, last }) + (state !== "live" && arm.reason ? `: ${arm.reason}` : ""));
-    setText(trip, Number.isNaN(connection.roundTrip) || state === "gone" ? "" : text("link.trip", { trip: Math.ceil(connection.roundTrip) }));
+    setText(trip,
+      Number.isNaN(connection.roundTrip) || state === "gone" ? "" : text("link.trip", { trip: Math.ceil(connection.roundTrip) }));
   }
   for (const topic of /** @type {const} */ (["link", "description", "reset", "lease"])) arm.on(topic, update);
-  // No event tells that time passes.
-  setInterval(() => { if (arm.link === "stale" || arm.link === "gone") update(); }, LOOK);
+  // Passing time is no event.
+  setInterval(() => {
+    if (arm.link === "stale" || arm.link === "gone") update();
+  }, LOOK);
   update();
 }
 

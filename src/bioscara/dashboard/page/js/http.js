@@ -1,4 +1,4 @@
-// Requests to the gateway beside the WebSocket. A refusal is an error with the sentence of the server.
+// Requests to the gateway without the WebSocket. A refusal is an error with the sentence of the server.
 
 /** @import { FailureValue } from "../messages.d.ts" */
 
@@ -20,7 +20,7 @@ export function get(path) {
  * Send something to the gateway.
  *
  * @param {string} path Path of the request.
- * @param {Blob | string | object} body What is sent: a file or a text as it is, anything else as JSON.
+ * @param {Blob | string | object} body The content: a file or a text as it is, anything else as JSON.
  * @returns {Promise<any>} The answer, from JSON; errors as of `get`.
  */
 export function post(path, body) {
@@ -36,7 +36,7 @@ export function post(path, body) {
  * Ask a question about content, as a file or values that a person has given.
  *
  * @param {Promise<{result: any, failure: FailureValue | null}>} answer The answer of `get` or `post`.
- * @returns {Promise<any>} What the content yields.
+ * @returns {Promise<any>} The parsed content.
  * @throws {RequestError} It cannot be used, or the request is refused; other errors as of `get`.
  */
 export async function judged(answer) {

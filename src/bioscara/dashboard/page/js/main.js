@@ -33,7 +33,7 @@ async function begin() {
   const connection = new Connection("dashboard", randomName());
   const arm = new Arm(connection, "view");
   const app = new App(connection, arm);
-  // First: it works whatever becomes of the rest.
+  // First: it works also where the rest fails.
   buildStop(app);
   arm.scope = await signIn();
   buildHeader(app);

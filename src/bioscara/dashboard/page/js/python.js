@@ -1,12 +1,29 @@
-// The Python code of a control: what a program would write to do the same.
+// The Python code of a control: the call with the same effect.
 
 import { h, setText } from "./dom.js";
 import { text } from "./texts.js";
 
 /** Names that a fragment may use, from `bioscara`. */
 const NAMES = [
-  "Box", "Cylinder", "Frame", "Joints", "JointVelocity", "Load", "Motion", "NamedPose", "Pose", "Prism", "Robot", "Scene", "Tool",
-  "ToolVelocity", "Trajectory", "Waypoint", "load_table", "read_scene", "save_table",
+  "Box",
+  "Cylinder",
+  "Frame",
+  "Joints",
+  "JointVelocity",
+  "Load",
+  "Motion",
+  "NamedPose",
+  "Pose",
+  "Prism",
+  "Robot",
+  "Scene",
+  "Tool",
+  "ToolVelocity",
+  "Trajectory",
+  "Waypoint",
+  "load_table",
+  "read_scene",
+  "save_table",
 ];
 /** Time for which "copied" is shown [ms]. */
 const SHOWN = 1500;
@@ -30,7 +47,10 @@ export function copyButton(code) {
 export function programButton(program) {
   const label = h("span", { text: text("python.copy") });
   const made = h("button", {
-    type: "button", class: "copy-python", title: text("python.title"), "aria-label": text("python.title"),
+    type: "button",
+    class: "copy-python",
+    title: text("python.title"),
+    "aria-label": text("python.title"),
     on: { click: copy, pointerenter: tell, focus: tell },
   }, label);
 

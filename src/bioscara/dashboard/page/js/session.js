@@ -5,7 +5,7 @@ import { text } from "./texts.js";
 /**
  * Exchange the token of the address for a cookie.
  *
- * @returns {Promise<"view" | "operate" | "admin">} What this page may do.
+ * @returns {Promise<"view" | "operate" | "admin">} The rights of this page.
  * @throws {Error} The token is wrong, or there is none.
  */
 export async function signIn() {

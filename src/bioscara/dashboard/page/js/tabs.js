@@ -5,9 +5,9 @@
 import { at, h, PHONE } from "./dom.js";
 import { text } from "./texts.js";
 
-/** Parts that a wide page shows beside the panels, and a phone as a tab. */
+/** Parts that a wide page shows next to the panels, and a phone as a tab. */
 const NARROW = [{ id: "watch", section: "view" }, { id: "jog", section: "jog" }];
-/** The tabs that are first on a phone, in a row of their own: what is needed in front of the arm. */
+/** The tabs that are first on a phone, in a row of their own, as they are needed in front of the arm. */
 const FIRST = ["watch", "jog", "run", "health"];
 
 /**
@@ -28,7 +28,8 @@ export function buildTabs(app, panels) {
   for (const panel of panels) {
     const element = h("div", { id: `panel-${panel.id}`, role: "tabpanel", "aria-labelledby": `tab-${panel.id}`, hidden: true });
     host.append(element);
-    entries.push({ id: panel.id, place: entries.length, tab: makeTab(panel.id, ""), section: host, element, view: panel.mount(element, app), panel });
+    entries.push({ id: panel.id, place: entries.length, tab: makeTab(panel.id, ""), section: host, element, view: panel.mount(element, app),
+      panel });
   }
   /** @type {typeof entries[number] | null} */
   let current = null;
@@ -39,7 +40,13 @@ export function buildTabs(app, panels) {
    */
   function makeTab(id, kind) {
     return h("button", {
-      type: "button", id: `tab-${id}`, role: "tab", class: kind, text: text(`tab.${id}`), "aria-selected": "false", tabindex: "-1",
+      type: "button",
+      id: `tab-${id}`,
+      role: "tab",
+      class: kind,
+      text: text(`tab.${id}`),
+      "aria-selected": "false",
+      tabindex: "-1",
       on: { click: () => select(id) },
     });
   }
@@ -78,7 +85,7 @@ export function buildTabs(app, panels) {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;
     const seen = entries.filter((entry) => entry.tab.offsetParent !== null);
-    const index = seen.findIndex((entry) => entry === current);
+    const index = current ? seen.indexOf(current) : -1;
     const next = seen[(index + step + seen.length) % seen.length];
     select(next.id);
     next.tab.focus();
@@ -91,7 +98,7 @@ export function buildTabs(app, panels) {
   offer();
   let seen = app.preview;
   app.previewListeners.push(() => {
-    // Where the view is a tab, who asks for a preview sees nothing of it in another one.
+    // Where the view is a tab, a preview is not visible from other tabs in another one.
     if (app.preview && app.preview !== seen && PHONE.matches) select("watch");
     seen = app.preview;
   });

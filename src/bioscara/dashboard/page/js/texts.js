@@ -277,7 +277,7 @@ const TEXTS = {
   "jog.pad": "Jog: hold a button or a key",
   "jog.keys": "Keys work while the pad has the focus. Release to stop.",
   "jog.caution": "This page has no enabling device. Stand where you see the arm, and outside of its reach.",
-  "jog.mode": "What moves",
+  "jog.mode": "Motion of",
   "jog.joints": "Joints",
   "jog.tool": "Tool",
   "jog.frame": "Frame",
@@ -372,7 +372,8 @@ const TEXTS = {
   "teach.joints_only": "joints only",
   "teach.unknown_table": "the table of poses is not known yet",
   "teach.another": "another client",
-  "teach.conflict": "{who} changed the table first, and your change was not made. The table is now the new one: look at it, then repeat your change.",
+  "teach.conflict":
+    "{who} changed the table first, and your change was not made. The table is now the new one: look at it, then repeat your change.",
   "teach.tools_frames": "Tools and frames",
   "teach.tool": "Tool",
   "teach.mount": "Set as mounted",
@@ -383,7 +384,8 @@ const TEXTS = {
   "teach.no_poses": "There is no such pose. Move the arm to a place, give it a name and save it.",
   "teach.frame_here": "Save frame at the tool",
   "teach.two_points": "Frame by two points",
-  "teach.two_means": "Move the tool's point to the origin and take it; then to a point of the x axis, far from it. Heights of the two may differ.",
+  "teach.two_means":
+    "Move the tool's point to the origin and take it; then to a point of the x axis, far from it. Heights of the two may differ.",
   "teach.take_origin": "Take the origin here",
   "teach.take_x": "Take a point on x here",
   "teach.two_not_taken": "not taken yet",
@@ -444,7 +446,8 @@ const TEXTS = {
   "teach.run_all": "Run all",
   "teach.run_step": "Run this step",
   "teach.run_from": "Run from this step",
-  "teach.run_means": "All steps are planned from where the arm is before the first one begins. The steps run while this page is connected and has control.",
+  "teach.run_means":
+    "All steps are planned from where the arm is before the first one begins. The steps run while this page is connected and has control.",
   "teach.dry_ok": "All steps can be carried out, in {time}. Nothing moved.",
   "teach.dry_refused": "Step {label} is refused. Nothing moved.",
   "teach.refused": "Nothing moved: {why}",
@@ -541,7 +544,8 @@ const TEXTS = {
   "plots.col_most": "highest",
   "plots.held": "Paused. Drag over a plot to zoom in.",
   "plots.no_load_original": "No load of {joints}: original firmware does not report it.",
-  "plots.no_load": "No load of {joints}: no answer, firmware of another build than this software, or no time for it on the bus at this rate.",
+  "plots.no_load":
+    "No load of {joints}: no answer, firmware of another build than this software, or no time for it on the bus at this rate.",
   "plots.no_history": "Nothing from before this moment: {problem}.",
 
   // Health.
@@ -555,7 +559,8 @@ const TEXTS = {
   "health.close": "Close",
   "health.confirm": "Confirm",
   "health.unconfirmed": "Look at the bench:",
-  "health.unconfirmed_what": "{what}: known from the last run and not confirmed. The arm only jogs until you confirm that this still holds.",
+  "health.unconfirmed_what":
+    "{what}: known from the last run and not confirmed. The arm only jogs until you confirm that this still holds.",
   "health.cleared": "The faults are cleared",
   "health.motors_off": "The motors are off.",
   "health.home_again": "The motors are off. Not homed: {joints}. Enable them, then home them.",
@@ -570,7 +575,8 @@ const TEXTS = {
   "health.busy_enable": "Enabling …",
   "health.about_stopping": "The arm comes to rest. Then the faults can be acknowledged.",
   "health.about_acknowledge": "Writes the evidence. It clears nothing, and nothing moves.",
-  "health.about_recover": "Acknowledged is not cleared. Remove the cause first. This clears the faults and switches the motors off; nothing moves.",
+  "health.about_recover":
+    "Acknowledged is not cleared. Remove the cause first. This clears the faults and switches the motors off; nothing moves.",
   "health.about_enable": "Switches the motors on. The joints hold their positions; nothing moves.",
   "health.not_live": "The state of the arm is not known now.",
   "health.view_only": "Signed in to look: no commands.",
@@ -724,7 +730,7 @@ const TEXTS = {
 
   // Simulation bench.
   "bench.banner_title": "This arm is simulated.",
-  "bench.banner": "What is done here happens to the simulation only. The software does not know about it and reacts as on a real arm.",
+  "bench.banner": "Faults of this page affect the simulation only. The software does not know about them and reacts as on a real arm.",
   "bench.take_control": "Take control to move the arm and to choose the speed of time.",
   "bench.all_off": "All off",
   "bench.all_is_off": "Nothing is simulated to fail any more. Faults of the arm stay until they are recovered from.",
@@ -740,7 +746,7 @@ const TEXTS = {
   "bench.do": "Do it",
   "bench.end": "End",
   "bench.expected": "Expected:",
-  "bench.did": "What the software did",
+  "bench.did": "Reaction of the software",
   "bench.nothing_yet": "Nothing so far.",
   "bench.after": "after {time}:",
   "bench.value_place": "at",
@@ -748,14 +754,15 @@ const TEXTS = {
   "bench.value_rate": "bits",
   "bench.value_share": "lost",
   "bench.value_time": "for",
-  "bench.unknown": "What is simulated to fail is not known.",
+  "bench.unknown": "The simulated faults are not known.",
   "bench.elsewhere": "This arm is simulated by another process: nothing can be chosen here.",
   "bench.obstacle": "Obstacle",
   "bench.expect_obstacle": "A joint that runs into it stalls: STALL, and the arm stops and holds.",
   "bench.push": "Push",
   "bench.expect_push": "The joint resists. Pushed too far, it stalls: STALL or FOLLOWING_ERROR, and the arm stops and holds.",
   "bench.supply": "Emergency stop",
-  "bench.expect_supply": "The supply of the arm is cut, and all joints are off with their controllers: POWER_LOST. They restart when it is back: nothing moves, and the arm has to be homed.",
+  "bench.expect_supply":
+    "The supply of the arm is cut, and all joints are off with their controllers: POWER_LOST. They restart when it is back: nothing moves, and the arm has to be homed.",
   "bench.power": "Power cut of a joint",
   "bench.expect_power": "The joint does not answer: JOINT_LOST, and the others stop together. With power again it has to be homed.",
   "bench.reset": "Reset of a joint",
@@ -763,17 +770,22 @@ const TEXTS = {
   "bench.hang": "Hang of a joint's firmware",
   "bench.expect_hang": "Its own watchdog restarts the joint after 0.1 s: JOINT_RESET, and the others stop together.",
   "bench.freeze_encoder": "Frozen encoder",
-  "bench.expect_freeze_encoder": "At rest it does not show. In motion the joint notices that it does not turn, and stops: STALL or JOINT_FAULT.",
+  "bench.expect_freeze_encoder":
+    "At rest it does not show. In motion the joint notices that it does not turn, and stops: STALL or JOINT_FAULT.",
   "bench.overheat": "Overheated motor driver",
   "bench.expect_overheat": "The driver switches off: OVERTEMPERATURE. The arm stops and is released.",
   "bench.brown_out": "Brown-out",
-  "bench.expect_brown_out": "The supply of the arm fails and returns, and all joints restart: POWER_LOST or JOINT_RESET. Nothing moves when it is back, and the arm has to be homed.",
+  "bench.expect_brown_out":
+    "The supply of the arm fails and returns, and all joints restart: POWER_LOST or JOINT_RESET. Nothing moves when it is back, and the arm has to be homed.",
   "bench.bus_flips": "Flipped bits on the bus",
-  "bench.expect_bus_flips": "The check byte shows each broken frame, and it is repeated: no wrong value is used. Health counts them; many of them make cycles late or a joint lost.",
+  "bench.expect_bus_flips":
+    "The check byte shows each broken frame, and it is repeated: no wrong value is used. Health counts them; many of them make cycles late or a joint lost.",
   "bench.bus_loss": "Lost exchanges",
-  "bench.expect_bus_loss": "A cycle without an answer is bridged. A joint that misses three in a row is JOINT_LOST; one without a setpoint for 60 ms stops by itself.",
+  "bench.expect_bus_loss":
+    "A cycle without an answer is bridged. A joint that misses three in a row is JOINT_LOST; one without a setpoint for 60 ms stops by itself.",
   "bench.bus_stuck": "Bus stuck low",
-  "bench.expect_bus_stuck": "No exchange is possible: BUS_STUCK, the only fault. The joints get no setpoint, begin to stop by themselves after 60 ms, and hold. Recover is refused until the line is free; the joints are then still homed.",
+  "bench.expect_bus_stuck":
+    "No exchange is possible: BUS_STUCK, the only fault. The joints get no setpoint, begin to stop by themselves after 60 ms, and hold. Recover is refused until the line is free; the joints are then still homed.",
 
   // Start page.
   "viewer.footer": "This page only shows: nothing moves.",

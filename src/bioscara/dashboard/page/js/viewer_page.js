@@ -17,7 +17,7 @@ import { TrajectoryCurve } from "./view/trajectory_curve.js";
 import { buildView } from "./view/view.js";
 import { ViewedSource } from "./view/viewed_source.js";
 
-/** Time between two reports of what stands still, and between two looks at an arm that moves, or at none [ms]. */
+/** Time between two reports of a motion at rest, and between two requests for an arm that moves, or at none [ms]. */
 const REPORT = 100;
 const LOOK = 40;
 const RETRY = 1000;

@@ -1,31 +1,6 @@
-// What the page uses of three.js: the bundle has this and what it needs, nothing else.
+// The names of three.js that the page uses: the bundle has these and their dependencies, nothing else.
 
-export {
-  BoxGeometry,
-  BufferAttribute,
-  BufferGeometry,
-  CylinderGeometry,
-  DirectionalLight,
-  DoubleSide,
-  DynamicDrawUsage,
-  EdgesGeometry,
-  Group,
-  HemisphereLight,
-  Line,
-  LineBasicMaterial,
-  LineSegments,
-  Mesh,
-  MeshBasicMaterial,
-  MeshLambertMaterial,
-  OrthographicCamera,
-  PerspectiveCamera,
-  Plane,
-  PlaneGeometry,
-  Raycaster,
-  Scene,
-  SphereGeometry,
-  Vector2,
-  Vector3,
-  WebGLRenderer,
-} from "three";
+export { BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, DoubleSide, DynamicDrawUsage, EdgesGeometry,
+  Group, HemisphereLight, Line, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, OrthographicCamera,
+  PerspectiveCamera, Plane, PlaneGeometry, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer } from "three";
 export { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";

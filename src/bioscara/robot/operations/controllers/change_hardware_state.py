@@ -36,7 +36,7 @@ class ChangeHardwareState(Operation[LifecycleState]):
         if self._state is LifecycleState.ACTIVE:
             stack.supervisor.require_clear()
             self._activate(arm, component)
-        elif component is stack.arm and component.state is LifecycleState.ACTIVE:
+        elif component is stack.hardware and component.state is LifecycleState.ACTIVE:
             leaving = [each.name for each in commanding(stack) if _commands(each, component)]
             switch(stack, clock.now(), (), leaving, Strictness.STRICT)
             since = clock.now()
@@ -45,7 +45,7 @@ class ChangeHardwareState(Operation[LifecycleState]):
             self._require_alone(arm)
         if component.state is not self._state:
             stack.manager.set_hardware_state(component.name, self._state, clock.now())
-        if stack.arm.available:
+        if stack.hardware.available:
             stack.broadcast(clock.now())
         # It takes longer than a cycle.
         stack.loop.restart()
@@ -60,7 +60,7 @@ class ChangeHardwareState(Operation[LifecycleState]):
 
     @staticmethod
     def _activate(arm: Arm, component: HardwareComponent) -> None:
-        if component is arm.stack.arm:
+        if component is arm.stack.hardware:
             arm.session.enable()
         else:
             component.set_state(LifecycleState.ACTIVE)

@@ -11,11 +11,11 @@ from bioscara.control.controllers.homing_controller import HomingController, Hom
 from bioscara.errors import GoalRejectedError, LifecycleError
 from bioscara.planning import Trajectory
 from bioscara.robot.arm import Arm
-from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.planned_goal import moving_joint
 from bioscara.robot.operations.controllers.run_controllers import RunControllers
 from bioscara.robot.operations.motions.homing_order import require_homing_of
 from bioscara.robot.operations.motions.move_gripper import check_along, check_standing
+from bioscara.robot.runner import Runner
 
 
 def trigger_homing(
@@ -49,11 +49,11 @@ def trigger_homing(
             f"{name}: the tool carries {load.name}, and the path of homing is clear only for an "
             "empty gripper; detach() it"
         )
-    for axis in stack.arm.axes:
+    for axis in stack.hardware.axes:
         if owner := axis.position_command.owner or axis.velocity_command.owner:
             raise GoalRejectedError(f"{name}: {owner} commands {axis.name}; deactivate it first")
-    require_homing_of(stack.arm.axes, stack.homing.parameters.joints, joint, command)
-    for axis in stack.arm.axes:
+    require_homing_of(stack.hardware.axes, stack.homing.parameters.joints, joint, command)
+    for axis in stack.hardware.axes:
         if axis.name == joint:
             # The configured ones, not those of an earlier homing.
             axis.homing.sensitivity = axis.homing.current = None
@@ -61,14 +61,14 @@ def trigger_homing(
 
 
 def send_gripper_goal(
-    arm: Arm, run: RunControllers, controller: GripperActionController, goal: GripperGoal
+    runner: Runner, run: RunControllers, controller: GripperActionController, goal: GripperGoal
 ) -> GripperGoalHandle:
     """Move the jaws, if the whole stroke is clear where the arm rests, or along its motion.
 
     Called in a thread of its own, one goal at a time.
 
     Args:
-        arm: The arm.
+        runner: Runs the operations of the arm.
         run: The operation.
         controller: The controller.
         goal: The goal.
@@ -79,21 +79,21 @@ def send_gripper_goal(
         ZoneError: The clearance of a jaw would be too small.
         GripperError: The width cannot be stored against a loss of power.
     """
-    goal = controller.check(goal)
+    goal, arm = controller.check(goal), runner.arm
     (width,) = goal.position
     if (load := arm.workspace.load) is not None:
         raise LifecycleError(f"the jaws hold {load.name}; detach() declares that they are empty")
     name, before = f"a goal for {controller.name}", arm.workspace
-    # Before the motion is looked at: one that begins later is planned for the stroke.
+    # Before the motion is checked: one that begins later is planned for the stroke.
     arm.jaws.announce(width)
     try:
-        course = between_cycles(arm, name, lambda: _course(arm, run, controller))
+        course = runner.between_cycles(name, lambda: _course(arm, run, controller))
         if course:
             check_along(arm, course, before)
         else:
             check_standing(arm, before, width)
         arm.session.gripper.keep(width)
-        return between_cycles(arm, name, lambda: _send(arm, run, controller, goal))
+        return runner.between_cycles(name, lambda: _send(arm, run, controller, goal))
     except BaseException:
         arm.jaws.withdraw()
         raise

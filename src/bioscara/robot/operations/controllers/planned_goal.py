@@ -26,7 +26,6 @@ from bioscara.errors import BioscaraError, GoalRejectedError, NotHomedError
 from bioscara.planning import Trajectory
 from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.robot.arm import Arm
-from bioscara.robot.operations.between_cycles import between_cycles
 from bioscara.robot.operations.controllers.goal_course import (
     course_of,
     joined_points,
@@ -34,6 +33,7 @@ from bioscara.robot.operations.controllers.goal_course import (
     within,
 )
 from bioscara.robot.planner import Planner
+from bioscara.robot.runner import Runner
 from bioscara.robot.workspace.workspace import Workspace
 
 T = TypeVar("T")
@@ -66,7 +66,7 @@ class PlannedGoal:
     Created between two cycles.
 
     Args:
-        arm: The arm.
+        runner: Runs the operations of the arm.
         controller: The controller; it accepts the goal.
         goal: The goal, prepared.
 
@@ -78,9 +78,11 @@ class PlannedGoal:
         GoalRejectedError: The controller cannot follow it.
     """
 
-    def __init__(self, arm: Arm, controller: JointTrajectoryController, goal: PreparedGoal) -> None:
-        self._arm, self._controller, self._goal = arm, controller, goal
-        self.handle: GoalHandle = controller.accept_goal(goal, arm.session.clock.now())
+    def __init__(
+        self, runner: Runner, controller: JointTrajectoryController, goal: PreparedGoal
+    ) -> None:
+        self._runner, self._arm, self._controller, self._goal = runner, runner.arm, controller, goal
+        self.handle: GoalHandle = controller.accept_goal(goal, self._arm.session.clock.now())
         self.course: tuple[Trajectory, ...] = ()
 
     def plan(self) -> None:
@@ -102,7 +104,7 @@ class PlannedGoal:
             raise
 
     def _call(self, work: Callable[[], T]) -> T:
-        return between_cycles(self._arm, f"a goal for {self._controller.name}", work)
+        return self._runner.between_cycles(f"a goal for {self._controller.name}", work)
 
     def _at_rest(self) -> _Start | None:
         """Return where the goal begins; None while the arm moves, or if it has ended."""
@@ -115,7 +117,7 @@ class PlannedGoal:
         """Return the parts of the course, and that as a goal."""
         controller, names = self._controller, self._controller.parameters.joints
         asked = controller.arranged(self._goal.trajectory, start.positions)
-        columns = [names.index(axis.name) for axis in self._arm.stack.arm.axes]
+        columns = [names.index(axis.name) for axis in self._arm.stack.hardware.axes]
         points = [_in_order(point, columns) for point in asked]
         here = tuple([start.positions[column] for column in columns])
         self._require_reach(points[-1].positions, here)
@@ -133,8 +135,11 @@ class PlannedGoal:
         One that is nearer to its limit, as homing leaves it, may stay.
         """
         stack = self._arm.stack
-        for axis, end, at in zip(stack.arm.axes, ends, here, strict=True):
-            limits, joint = stack.arm.limits[axis.name], stack.manager.limiter.joints[axis.name]
+        for axis, end, at in zip(stack.hardware.axes, ends, here, strict=True):
+            limits, joint = (
+                stack.hardware.limits[axis.name],
+                stack.manager.limiter.joints[axis.name],
+            )
             kept = joint.distance_kept(stack.loop.period)
             lower, upper = min(limits.lower + kept, at), max(limits.upper - kept, at)
             tolerance = self._controller.parameters.constraints.of(axis.name).goal
@@ -191,7 +196,7 @@ def slowed(
     if len({tuple(map(bool, point[1:])) for point in points}) > 1:
         points = [Point(point.time, point.positions) for point in points]
     names = controller.parameters.joints
-    limits = [arm.stack.arm.limits[name] for name in names]
+    limits = [arm.stack.hardware.limits[name] for name in names]
     asked = motion_of(names, points, here)
     course = within(asked, limits)
     if math.isfinite(space.commanded_speed):
@@ -239,7 +244,7 @@ def can_be_planned(arm: Arm, controller: JointTrajectoryController, goal: Prepar
     given = {tuple(map(bool, point[1:])) for point in trajectory.points}
     return (
         not trajectory.stamp
-        and {axis.name for axis in arm.stack.arm.axes} == set(parameters.joints)
+        and {axis.name for axis in arm.stack.hardware.axes} == set(parameters.joints)
         and parameters.interpolation_method == "splines"
         and len(given) == 1
     )

@@ -204,7 +204,7 @@ def switch(
         and wanted & _joints((controller,))
     ]
     staying = [each for each in commanding(stack) if each not in resolved.deactivate]
-    own = {axis.name for axis in stack.arm.axes}
+    own = {axis.name for axis in stack.hardware.axes}
     if _moves(stack, resolved.deactivate) and not own & (wanted | _joints(staying)):
         try:
             manager.switch(time, (*entering, HOLD), (*leaving, *releasing), strictness)
@@ -228,7 +228,7 @@ def _moves(stack: Stack, controllers: Sequence[AnyController]) -> bool:
     return any(
         guards[axis.name].speed
         for controller in controllers
-        for axis in stack.arm.axes
+        for axis in stack.hardware.axes
         if axis.name in _joints((controller,))
         and not any(each.endswith(f"/{HOME}") for each in controller.command_interfaces)
     )

@@ -126,7 +126,7 @@ class Home(Operation[None]):
             )
         stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, clock.now())
-        axes = [axis for axis in stack.arm.axes if axis.name in directions]
+        axes = [axis for axis in stack.hardware.axes if axis.name in directions]
 
         def count() -> None:
             self._progress = sum(axis.homed for axis in axes) / len(axes)
@@ -143,7 +143,7 @@ class Home(Operation[None]):
 
     def _directions(self, arm: Arm) -> tuple[dict[str, float], list[str]]:
         """Return the joints to home with their directions, and the reasons."""
-        axes = arm.stack.arm.axes
+        axes = arm.stack.hardware.axes
         if self._joints is None:
             return joints_to_home(axes)
         order = arm.stack.homing.parameters.joints

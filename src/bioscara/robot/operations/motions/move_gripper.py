@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable
 from contextlib import suppress
-from typing import Any
 
 from bioscara.arguments import number
 from bioscara.control.controllers.goal_handle import GoalStatus
@@ -25,7 +24,7 @@ from bioscara.errors import (
 )
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
-from bioscara.robot.arm import Arm
+from bioscara.robot.arm import Arm, Begun
 from bioscara.robot.operations.arbiter import GRIPPER, Device
 from bioscara.robot.operations.fault_handling import keep_evidence
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, start_of
@@ -71,7 +70,7 @@ class MoveGripper(Operation[GripperResult]):
             )
         arm.stack.gripper.check(GripperGoal((self._width,)))
         before = arm.workspace
-        # Before the motions are looked at: one that begins later is planned for the travel.
+        # Before the motions are checked: one that begins later is planned for the travel.
         self._announced = True
         arm.jaws.announce(self._width)
         self._checked = motion = _arm_motion(arm, self)
@@ -181,7 +180,7 @@ class MoveGripper(Operation[GripperResult]):
             keep_evidence(arm)
 
 
-def _moving(arm: Arm, operation: Operation[GripperResult]) -> list[Operation[Any]]:
+def _moving(arm: Arm, operation: Operation[GripperResult]) -> list[Begun]:
     """Return the operation that moves the arm, or is about to, as a list of one or none."""
     others = [each for each in arm.operations if each is not operation and not each.done]
     return [each for each in others if Device.ARM in each.devices]

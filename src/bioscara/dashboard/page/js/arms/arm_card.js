@@ -1,4 +1,4 @@
-// One arm of the list: what it is, how it is, the link to its page, STOP.
+// One arm of the list: its name, its state, the link to its page, STOP.
 
 /** @import { StateSample } from "../../messages.d.ts" */
 /** @import { Stopped } from "./stopper.js" */
@@ -93,7 +93,7 @@ export class ArmCard {
   /**
    * Show what became of a stop.
    *
-   * @param {Stopped | null} found What its owner confirms; null if there was no answer.
+   * @param {Stopped | null} found The confirmation of its owner; null if there was no answer.
    * @param {boolean} [sent] Whether it was only sent now.
    */
   told(found, sent = false) {

@@ -47,6 +47,12 @@ async function send(path) {
  */
 export function pressed(element, press) {
   let byPointer = false;
-  element.addEventListener("pointerdown", () => { byPointer = true; press(); });
-  element.addEventListener("click", () => { if (!byPointer) press(); byPointer = false; });
+  element.addEventListener("pointerdown", () => {
+    byPointer = true;
+    press();
+  });
+  element.addEventListener("click", () => {
+    if (!byPointer) press();
+    byPointer = false;
+  });
 }

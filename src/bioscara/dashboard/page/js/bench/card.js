@@ -1,4 +1,4 @@
-// One experiment: what is simulated, what the software should do about it, and what it did.
+// One experiment: the simulated fault, the expected reaction of the software, and the observed one.
 
 /** @import { App } from "../app.js" */
 /** @import { Event } from "../../messages.d.ts" */
@@ -39,15 +39,16 @@ export class ExperimentCard {
     this.value = h("input", { type: "number", step: "any", class: "bench-value", hidden: value === null });
     this.unit = h("span", { class: "dim" });
     this.on = button(text(experiment.switch.off ? "bench.begin" : "bench.do"), () => this.#begin());
-    this.off = button(text("bench.end"), () => this.run(experiment, this.joint.value, 0, false), { hidden: experiment.switch.off === null });
+    this.off = button(text("bench.end"), () => this.run(experiment, this.joint.value, 0, false), {
+      hidden: experiment.switch.off === null,
+    });
     this.did = h("ol", { class: "bench-events", "aria-live": "polite" });
     this.didTitle = h("h3", { text: text("bench.did"), hidden: true });
     const label = value === null ? null : h("label", {}, text(`bench.value_${value}`), this.value, this.unit);
     this.element = h("section", { class: "card column bench-card", "aria-label": text(`bench.${fault}`) },
       h("h2", { text: text(`bench.${fault}`) }),
       h("p", {}, h("strong", { text: text("bench.expected") }), ` ${text(`bench.expect_${fault}`)}`),
-      h("div", { class: "row" }, this.joint, label, this.on, this.off, copyButton(() => this.#python())),
-      this.didTitle, this.did);
+      h("div", { class: "row" }, this.joint, label, this.on, this.off, copyButton(() => this.#python())), this.didTitle, this.did);
     this.suggest();
   }
 
@@ -56,7 +57,7 @@ export class ExperimentCard {
     for (const each of [this.on, this.off]) setValues(each, { disabled: !allowed });
   }
 
-  /** Show what the software did since it was begun. */
+  /** Show the reaction of the software since the begin. */
   show() {
     const { since } = this;
     if (since === null) return;
@@ -69,9 +70,12 @@ export class ExperimentCard {
     }
     if (events.length === this.count) return;
     this.count = events.length;
-    this.did.replaceChildren(...events.map((event) => h("li", {},
-      h("span", { class: "dim", text: text("bench.after", { time: duration(Math.max(event.time - this.begun, 0)) }) }),
-      ` ${event.text}`)));
+    this.did.replaceChildren(
+      ...events.map((event) =>
+        h("li", {}, h("span", { class: "dim", text: text("bench.after", { time: duration(Math.max(event.time - this.begun, 0)) }) }),
+          ` ${event.text}`)
+      ),
+    );
   }
 
   /** Forget the events, as of another owner. */
@@ -105,9 +109,11 @@ export class ExperimentCard {
 
   #factor() {
     switch (this.experiment.value) {
-      case "place": return this.#linear() ? MM : DEGREE;
+      case "place":
+        return this.#linear() ? MM : DEGREE;
       case "rate":
-      case "share": return 0.01;
+      case "share":
+        return 0.01;
     }
     return 1;
   }

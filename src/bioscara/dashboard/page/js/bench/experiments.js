@@ -1,4 +1,4 @@
-// What can be simulated: how it is begun and ended. What the software should do about it is in the texts.
+// The faults that can be simulated: how each is begun and ended. The expected reaction of the software is in the texts.
 
 /**
  * @typedef {Object} Experiment
@@ -7,7 +7,7 @@
  * @property {"place" | "force" | "rate" | "share" | "time" | null} value Which number it needs.
  * @property {number} [initial] That number at first, in the unit that people read.
  * @property {{on: number, off: {fault: string, value: number} | null}} switch Value that begins it, unless a person
- *   gives one; and what ends it, null if it ends by itself.
+ *   gives one; and what ends it, null if it has a fixed duration.
  */
 
 /** @type {Experiment[]} */

@@ -25,13 +25,20 @@ export class AxisChoice {
     this.options = axes.map(({ id }, index) => {
       const value = h("span", { class: "number axis-value", id: `axis-${id}-value` });
       const radio = h("input", {
-        type: "radio", name: "jog-axis", id: `axis-${id}`, value: id, "aria-describedby": value.id,
+        type: "radio",
+        name: "jog-axis",
+        id: `axis-${id}`,
+        value: id,
+        "aria-describedby": value.id,
         on: { change: () => this.choose(index) },
       });
       return { radio, value };
     });
-    this.element.replaceChildren(...this.options.map(({ radio, value }, index) => h("div", { class: "axis-option" }, radio,
-      h("label", { for: radio.id, text: text(`jog.axis.${axes[index].id}`) }), value)));
+    this.element.replaceChildren(
+      ...this.options.map(({ radio, value }, index) =>
+        h("div", { class: "axis-option" }, radio, h("label", { for: radio.id, text: text(`jog.axis.${axes[index].id}`) }), value)
+      ),
+    );
     this.select(this.chosen);
   }
 

@@ -13,7 +13,7 @@ const FROZEN = 200;
  * @typedef {"none" | "centre" | "frozen" | "released" | ""} PadState
  */
 
-/** What a gamepad asks for, from one look to the next. */
+/** The request of a gamepad, from one reading to the next. */
 export class GamepadReader {
   constructor() {
     /** Shares of the speed: x, y, z, yaw or j1 to j4, -1 to 1. */
@@ -39,7 +39,7 @@ export class GamepadReader {
   /**
    * Look at the gamepads.
    *
-   * @param {readonly (Gamepad | null)[]} pads What the browser knows of them.
+   * @param {readonly (Gamepad | null)[]} pads Their states in the browser.
    * @param {number} now Time [ms].
    */
   look(pads, now) {

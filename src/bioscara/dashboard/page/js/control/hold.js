@@ -1,5 +1,5 @@
 // Hold to run, without a page: requirements jog_r1 to jog_r10. A press opens a jog at the owner, beats keep it alive,
-// and whatever ends the press ends the jog. The owner ends it too, when no beat has come for EXPIRY.
+// and each end of the press ends the jog. The owner ends it too, when no beat has come for EXPIRY.
 
 import { text } from "../texts.js";
 
@@ -7,7 +7,7 @@ import { text } from "../texts.js";
 export const BEAT = 50;
 /** Time after which the owner ends a jog without beats [s]. */
 export const EXPIRY = 0.25;
-/** Time for which beats may wait for the network: what was sent in this turn of the page waits, too [ms]. */
+/** Time for which beats may wait for the network: messages of this turn of the page wait, too [ms]. */
 const PATIENCE = 200;
 
 /**
@@ -15,7 +15,7 @@ const PATIENCE = 200;
  *
  * @typedef {{joints: [number, number, number, number]} | {tool: [number, number, number, number]}} Velocity
  *
- * What a hold needs of the page.
+ * The functions of the page that a hold calls.
  *
  * @typedef {Object} HoldPort
  * @property {() => number} now Time that never goes back [ms].
@@ -33,7 +33,7 @@ const PATIENCE = 200;
 
 /** The one press that moves the arm. */
 export class Hold {
-  /** @param {HoldPort} port What it needs. */
+  /** @param {HoldPort} port Functions of the page. */
   constructor(port) {
     this.port = port;
     /** @type {HoldState} */
@@ -46,7 +46,7 @@ export class Hold {
     this.velocity = () => ({ joints: [0, 0, 0, 0] });
     /** @type {number | null} */
     this.goal = null;
-    /** Number of the press: answers to a former one are told apart. */
+    /** Number of the press: it distinguishes answers to a former one. */
     this.count = 0;
     this.beaten = 0;
     /** The former jog, until the arm rests. @type {Promise<unknown> | null} */
@@ -104,7 +104,7 @@ export class Hold {
    * @param {string} why Why, for the person; empty for a release.
    */
   end(why) {
-    // What happens later does not replace why a press did nothing.
+    // A later event does not replace the reason why a press did nothing.
     if (!this.active) return;
     this.count += 1;
     const { goal } = this;
@@ -151,7 +151,9 @@ export class Hold {
         }
         return this.port.over(goal);
       },
-      (error) => { if (press === this.count) this.end(error.message); },
+      (error) => {
+        if (press === this.count) this.end(error.message);
+      },
     ).then(() => this.#rest(press));
   }
 

@@ -1,4 +1,4 @@
-// Whatever ends a hold besides the release of its key or pointer: requirements jog_r3 and jog_r9.
+// All that ends a hold except the release of its key or pointer: requirements jog_r3 and jog_r9.
 
 /** @import { App } from "../app.js" */
 /** @import { Hold } from "./hold.js" */
@@ -14,22 +14,33 @@ import { text } from "../texts.js";
 export function watchHold(app, hold) {
   const { arm, connection } = app;
   /** @param {string} why Where a release may get lost, all presses are forgotten. */
-  const leave = (why) => { hold.end(text(why)); hold.forget(); };
+  const leave = (why) => {
+    hold.end(text(why));
+    hold.forget();
+  };
   window.addEventListener("blur", () => leave("jog.end.blur"));
   window.addEventListener("pagehide", () => leave("jog.end.blur"));
   document.addEventListener("freeze", () => leave("jog.end.hidden"));
   document.addEventListener("visibilitychange", () => leave("jog.end.hidden"));
-  window.addEventListener("contextmenu", (event) => { if (!event.defaultPrevented) hold.end(text("jog.end.menu")); });
+  window.addEventListener("contextmenu", (event) => {
+    if (!event.defaultPrevented) hold.end(text("jog.end.menu"));
+  });
   connection.on("closed", () => leave("jog.end.closed"));
   app.interrupts.push((why) => hold.end(why));
-  arm.on("lease", () => { if (!arm.commands) hold.end(text("jog.end.lease")); });
-  arm.on("link", () => { if (!arm.fresh) hold.end(text("jog.end.stale")); });
+  arm.on("lease", () => {
+    if (!arm.commands) hold.end(text("jog.end.lease"));
+  });
+  arm.on("link", () => {
+    if (!arm.fresh) hold.end(text("jog.end.stale"));
+  });
   arm.on("sample", () => {
     if (!hold.active) return;
     if (arm.faulty) hold.end(text("jog.end.fault"));
     else if (arm.sample?.paused) hold.end(text("jog.end.paused"));
   });
-  arm.on("faults", () => { if (arm.faultList?.faults.length) hold.end(text("jog.end.fault")); });
+  arm.on("faults", () => {
+    if (arm.faultList?.faults.length) hold.end(text("jog.end.fault"));
+  });
 }
 
 /**

@@ -77,7 +77,10 @@ export function watchPointers(pad, hold, actions, stepping) {
 export function watchKeys(pad, hold, actions, axes, refuse) {
   pad.addEventListener("keydown", (event) => {
     const { key, code } = event;
-    if (MODIFIERS.has(key)) { hold.end(text("jog.end.modifier")); return; }
+    if (MODIFIERS.has(key)) {
+      hold.end(text("jog.end.modifier"));
+      return;
+    }
     const meant = meantBy(event, axes());
     if (!meant) {
       if (!event.repeat) hold.end(text("jog.end.second"));
@@ -86,7 +89,10 @@ export function watchKeys(pad, hold, actions, axes, refuse) {
     // Neither scrolling nor a click.
     event.preventDefault();
     if (event.repeat) return;
-    if (event.ctrlKey || event.altKey || event.metaKey || event.shiftKey) { refuse(text("jog.end.modifier")); return; }
+    if (event.ctrlKey || event.altKey || event.metaKey || event.shiftKey) {
+      refuse(text("jog.end.modifier"));
+      return;
+    }
     actions.press(`key ${code}`, meant.axis, meant.sign);
   });
   pad.addEventListener("keyup", (event) => {

@@ -1,4 +1,4 @@
-// What a jog moves: axes, velocities, steps, and their Python code. Knows no page.
+// The motion of a jog: axes, velocities, steps, and their Python code. Knows no page.
 
 /** @import { Description, StateSample, WorkspaceState } from "../../messages.d.ts" */
 /** @import { Velocity } from "./hold.js" */
@@ -36,7 +36,7 @@ export const AXES = {
 };
 
 /**
- * What is known of the arm for a jog.
+ * The arm, as far as a jog needs it.
  *
  * @typedef {Object} Known
  * @property {StateSample | null} sample
@@ -166,10 +166,12 @@ export function jogCode(mode, index, size, held, speed, share, known, frame) {
   }
   const task = stepTask(mode, index, size, share, known, frame);
   if (task?.kind === "move_joints") {
-    return `robot.move_joints([${task.positions.map((value) => pythonNumber(value)).join(", ")}], velocity_scaling=${pythonNumber(task.velocity_scaling ?? 1, 3)})`;
+    const positions = task.positions.map((value) => pythonNumber(value)).join(", ");
+    return `robot.move_joints([${positions}], velocity_scaling=${pythonNumber(task.velocity_scaling ?? 1, 3)})`;
   }
   if (task?.kind === "move_relative") {
-    const given = /** @type {const} */ (["x", "y", "z", "yaw"]).filter((name) => task[name]).map((name) => `${name}=${pythonNumber(task[name] ?? 0)}`);
+    const moved = /** @type {const} */ (["x", "y", "z", "yaw"]).filter((name) => task[name]);
+    const given = moved.map((name) => `${name}=${pythonNumber(task[name] ?? 0)}`);
     return `robot.move_relative(${[...given, `velocity_scaling=${pythonNumber(task.velocity_scaling ?? 1, 3)}`].join(", ")})`;
   }
   return "robot.home()";

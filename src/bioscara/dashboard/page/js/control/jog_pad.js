@@ -29,7 +29,7 @@ class Settings {
     this.size = 0;
     /** Speed of the tool [m/s]. */
     this.speed = USUAL;
-    /** Axis and direction of the latest press: what is copied as Python. */
+    /** Axis and direction of the latest press, which is copied as Python. */
     this.axis = 0;
     this.sign = 1;
     /** Share of the speed limits of the latest step. */
@@ -47,7 +47,8 @@ export function buildJog(app) {
   const settings = new Settings();
   const status = h("p", { class: "jog-status", role: "status" });
   const rows = h("div", { class: "jog-rows" });
-  const pad = h("div", { class: "jog-pad", role: "group", tabindex: "0", "aria-label": text("jog.pad"), "aria-describedby": "jog-keys" }, rows);
+  const pad = h("div", { class: "jog-pad", role: "group", tabindex: "0", "aria-label": text("jog.pad"), "aria-describedby": "jog-keys" },
+    rows);
   const hold = new Hold(portOf(app, () => changed()));
   const reader = new GamepadReader();
   const moving = h("span", { class: "jog-speed number" });
@@ -59,7 +60,10 @@ export function buildJog(app) {
     press(source, axis, sign) {
       Object.assign(settings, { axis, sign });
       if (!hold.active) values.choose(axis);
-      if (settings.size > 0) { step(axis, sign); return; }
+      if (settings.size > 0) {
+        step(axis, sign);
+        return;
+      }
       hold.press(source, () => {
         const share = [0, 0, 0, 0];
         share[axis] = sign;
@@ -73,11 +77,16 @@ export function buildJog(app) {
   watchKeys(pad, hold, actions, () => AXES[settings.mode], (why) => say(why));
   watchGamepad(app, hold, reader, settings);
   setInterval(() => hold.tick(), BEAT);
-  const axisChoice = new AxisChoice((axis) => { hold.end(text("jog.end.mode")); values.choose(axis); });
+  const axisChoice = new AxisChoice((axis) => {
+    hold.end(text("jog.end.mode"));
+    values.choose(axis);
+  });
   const values = buildRows();
-  at("jog").append(h("div", { class: "card column jog-card" },
-    modeRow(app, settings, rebuild), axisChoice.element, pad, status, sizeRow(app, settings, rebuild), speedRow(app, settings, moving),
-    h("p", { id: "jog-keys", class: "dim small", text: text("jog.keys") }), h("p", { class: "dim small", text: text("jog.caution") })));
+  at("jog").append(
+    h("div", { class: "card column jog-card" }, modeRow(app, settings, rebuild), axisChoice.element, pad, status,
+      sizeRow(app, settings, rebuild), speedRow(app, settings, moving),
+      h("p", { id: "jog-keys", class: "dim small", text: text("jog.keys") }), h("p", { class: "dim small", text: text("jog.caution") })),
+  );
   /** @type {import("../../messages.d.ts").StateSample | null} */
   let former = null;
 
@@ -110,7 +119,7 @@ export function buildJog(app) {
     const { sample } = arm;
     if (!visible(pad)) return;
     values.shown.forEach((value, index) => {
-      const words = valueOf(app, settings.mode, index);
+      const words = jointValue(app, settings.mode, index);
       setText(value, words);
       axisChoice.show(index, words);
     });
@@ -150,7 +159,10 @@ export function buildJog(app) {
   /** @param {number} axis @param {number} sign */
   async function step(axis, sign) {
     const why = stepping ? text("jog.one_step") : refusal(app);
-    if (why) { say(why); return; }
+    if (why) {
+      say(why);
+      return;
+    }
     stepping = true;
     setText(status, text("jog.stepping"));
     status.classList.remove("warn");
@@ -217,7 +229,9 @@ function portOf(app, changed) {
     },
     beat: (goal, velocity) => app.request({ kind: "set_jog_velocity", goal, ...velocity }),
     // Without the lease the owner has ended it already.
-    end: (goal) => { app.request({ kind: "end_jog", goal }).catch(() => {}); },
+    end: (goal) => {
+      app.request({ kind: "end_jog", goal }).catch(() => {});
+    },
     over: (goal) => app.ended(goal),
     changed,
   };
@@ -232,16 +246,26 @@ function rowOf(axis, index, settings) {
   const name = text(`jog.axis.${axis.id}`);
   const value = h("span", { class: "number jog-value" });
   /** @param {number} sign @param {string} key */
-  const make = (sign, key) => h("button", {
-    type: "button", class: "jog-button", "data-axis": index, "data-sign": sign, "aria-keyshortcuts": key,
-  }, h("span", { class: "hidden-text", text: text(sign > 0 ? "jog.plus" : "jog.minus", { name }) }), h("span", { class: "jog-sign", "aria-hidden": "true", text: sign > 0 ? "+" : "−" }), h("kbd", { "aria-hidden": "true", text: keyName(key) }));
-  const row = h("div", { class: "jog-row", "data-mode": settings.mode }, h("span", { class: "jog-name", text: name }), make(-1, axis.minus), value, make(1, axis.plus));
+  const make = (sign, key) =>
+    h("button", {
+      type: "button",
+      class: "jog-button",
+      "data-axis": index,
+      "data-sign": sign,
+      "aria-keyshortcuts": key,
+    }, h("span", { class: "hidden-text", text: text(sign > 0 ? "jog.plus" : "jog.minus", { name }) }),
+      h("span", { class: "jog-sign", "aria-hidden": "true", text: sign > 0 ? "+" : "−" }),
+      h("kbd", { "aria-hidden": "true", text: keyName(key) }));
+  const row = h("div", { class: "jog-row", "data-mode": settings.mode }, h("span", { class: "jog-name", text: name }), make(-1, axis.minus),
+    value, make(1, axis.plus));
   return { row, value };
 }
 
 /** @param {string} key */
 function keyName(key) {
-  const marks = /** @type {Record<string, string>} */ ({ ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", PageUp: "PgUp", PageDown: "PgDn" });
+  const marks =
+    /** @type {Record<string, string>} */ ({ ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", PageUp: "PgUp",
+      PageDown: "PgDn" });
   return marks[key] ?? key.toUpperCase();
 }
 
@@ -250,7 +274,7 @@ function keyName(key) {
  * @param {Mode} mode
  * @param {number} index
  */
-function valueOf({ arm }, mode, index) {
+function jointValue({ arm }, mode, index) {
   const { sample } = arm;
   const value = mode === "joints" ? sample?.positions[index] : sample?.pose?.[index];
   return AXES[mode][index].angular ? degrees(value ?? null, 2) : millimetres(value ?? null, 2);
@@ -264,7 +288,10 @@ function valueOf({ arm }, mode, index) {
  * @param {() => void} changed
  */
 function modeRow(app, settings, changed) {
-  const frame = h("select", { "aria-label": text("jog.frame"), hidden: true, on: { change: () => { settings.frame = frame.value; changed(); } } });
+  const frame = h("select", { "aria-label": text("jog.frame"), hidden: true, on: { change: () => {
+    settings.frame = frame.value;
+    changed();
+  } } });
   const offer = () => {
     const frames = app.arm.workspace?.table.frames ?? [];
     const names = ["base", "tool", ...frames.map(({ name }) => name)];
@@ -296,8 +323,10 @@ function sizeRow(app, settings, changed) {
     settings.size = Number(chosen);
     changed();
   });
-  const python = copyButton(() => jogCode(settings.mode, settings.axis, settings.sign * (settings.size || 1), settings.size === 0,
-    settings.speed, settings.share, app.arm, frameAngle(app, settings.frame)));
+  const python = copyButton(() =>
+    jogCode(settings.mode, settings.axis, settings.sign * (settings.size || 1), settings.size === 0, settings.speed, settings.share,
+      app.arm, frameAngle(app, settings.frame))
+  );
   return h("div", { class: "row" }, sizes, h("span", { class: "dim small", text: text("jog.units") }), python);
 }
 
@@ -310,10 +339,12 @@ function sizeRow(app, settings, changed) {
  * @param {(value: string) => void} choose Called with the value that is chosen.
  */
 function choice(label, options, chosen, choose) {
-  const made = options.map(([value, word]) => button(word, () => {
-    for (const each of made) each.setAttribute("aria-pressed", String(each.dataset.value === value));
-    choose(value);
-  }, { "data-value": value, "aria-pressed": String(value === chosen) }));
+  const made = options.map(([value, word]) =>
+    button(word, () => {
+      for (const each of made) each.setAttribute("aria-pressed", String(each.dataset.value === value));
+      choose(value);
+    }, { "data-value": value, "aria-pressed": String(value === chosen) })
+  );
   return h("div", { class: "choice", role: "group", "aria-label": label }, ...made);
 }
 
@@ -325,8 +356,16 @@ function choice(label, options, chosen, choose) {
 function speedRow(app, settings, moving) {
   const shown = h("output", { class: "number", for: "jog-speed" });
   const slider = h("input", {
-    type: "range", id: "jog-speed", min: 1, max: FASTEST / MM, value: USUAL / MM, step: 1,
-    on: { input: () => { app.interrupt(text("jog.end.mode")); update(); } },
+    type: "range",
+    id: "jog-speed",
+    min: 1,
+    max: FASTEST / MM,
+    value: USUAL / MM,
+    step: 1,
+    on: { input: () => {
+      app.interrupt(text("jog.end.mode"));
+      update();
+    } },
   });
   const update = () => {
     settings.speed = Number(slider.value) * MM;
@@ -376,11 +415,20 @@ function watchGamepad(app, hold, reader, settings) {
       if (hold.active && state !== "released") hold.end(text(`jog.gamepad.${state || "released"}`));
       hold.release("gamepad");
     }
-    if (!pads.some(Boolean)) { clearInterval(timer); timer = undefined; }
+    if (!pads.some(Boolean)) {
+      clearInterval(timer);
+      timer = undefined;
+    }
   };
-  const begin = () => { reader.reset(); timer ??= setInterval(look, BEAT); };
+  const begin = () => {
+    reader.reset();
+    timer ??= setInterval(look, BEAT);
+  };
   window.addEventListener("gamepadconnected", begin);
-  window.addEventListener("gamepaddisconnected", () => { reader.reset(); look(); });
+  window.addEventListener("gamepaddisconnected", () => {
+    reader.reset();
+    look();
+  });
 }
 
 /** @param {HTMLElement} element */

@@ -1,4 +1,4 @@
-// Who commands the arm: the strip in the header, taking and giving back, and a banner where it was lost.
+// The client that commands the arm: the strip in the header, taking and giving back, and a banner where it was lost.
 
 /** @import { App } from "../app.js" */
 
@@ -22,7 +22,10 @@ export function buildLease(app) {
   const since = h("span", { class: "dim lease-since" });
   const take = button(text("lease.take"), () => app.attempt(() => arm.acquire()), { class: "primary", id: "lease-take" });
   const over = button(text("lease.take_over"), () => askReason(app), { id: "lease-over" });
-  const give = button(text("lease.give"), () => { app.interrupt(text("lease.given")); app.attempt(() => arm.release()); }, { id: "lease-give" });
+  const give = button(text("lease.give"), () => {
+    app.interrupt(text("lease.given"));
+    app.attempt(() => arm.release());
+  }, { id: "lease-give" });
   const python = copyButton(() => (arm.epoch === null ? "robot.acquire_lease()" : "robot.release_lease()"));
   at("lease").append(h("div", { class: "row" }, h("div", { class: "column lease-words" }, who, since), take, over, give, python));
   let commanded = false;
@@ -32,7 +35,7 @@ export function buildLease(app) {
     // The event that this page has it comes before the answer with its epoch.
     if (arm.acquiring) return;
     const { client } = arm.lease ?? {};
-    // Of an arm that does not answer nobody knows who commands it.
+    // Of an arm that does not answer the lease is unknown.
     const open = app.connection.open && arm.link !== "gone";
     const mine = arm.commands;
     const view = arm.scope === "view";
@@ -72,7 +75,9 @@ function sinceWhen({ arm }) {
 function buildBanner(app) {
   const { arm } = app;
   const words = h("span");
-  const close = button(text("lease.seen"), () => { banner.hidden = true; });
+  const close = button(text("lease.seen"), () => {
+    banner.hidden = true;
+  });
   const banner = h("div", { id: "lease-lost", class: "banner warn row", role: "alert", hidden: true }, words, close);
   at("header").after(banner);
   let had = false;
@@ -108,8 +113,7 @@ function askReason(app) {
   openDialog(app, text("lease.over_title", { client }), (close) => {
     const reason = h("input", { type: "text", id: "lease-reason", maxlength: REASON, required: true, autocomplete: "off" });
     const go = h("button", { type: "submit", class: "primary", text: text("lease.over_do") });
-    const form = h("form", { class: "column", on: { submit: takeOver } },
-      h("p", { text: text("lease.over_means", { client }) }),
+    const form = h("form", { class: "column", on: { submit: takeOver } }, h("p", { text: text("lease.over_means", { client }) }),
       h("label", { for: "lease-reason", text: text("lease.reason") }), reason,
       h("div", { class: "row" }, go, button(text("lease.cancel"), close)));
 

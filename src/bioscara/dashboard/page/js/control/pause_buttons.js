@@ -1,4 +1,4 @@
-// Pause and Resume of all motion, and who paused it. Another pause may be added to one of another client.
+// Pause and Resume of all motion, and the authors of the pauses. Another pause may be added to one of another client.
 
 /** @import { App } from "../app.js" */
 
@@ -16,7 +16,7 @@ import { text } from "../texts.js";
 export function pauseButtons(app, name = "") {
   const { arm } = app;
   const pause = button(text("pause.pause"), () => app.attempt(() => app.ask({ kind: "pause" })));
-  // Without the lease: whose pause it may lift is decided by the owner, which names who can resume.
+  // Without the lease: whose pause it may lift is decided by the owner, which names the clients that can resume.
   const resume = button(text("pause.resume"), () => {
     if (arm.scope === "view") app.say(`${text("pause.resume")}: ${text("refusal.view")}`, "error");
     else app.attempt(() => app.ask({ kind: "resume" }));
@@ -32,12 +32,12 @@ export function pauseButtons(app, name = "") {
   }
   arm.on("sample", update);
   update();
-  return h("div", { class: `row ${name}` }, pause, resume,
-    copyButton(() => (arm.sample?.paused ? "robot.resume()" : "robot.pause()")), authors);
+  return h("div", { class: `row ${name}` }, pause, resume, copyButton(() => (arm.sample?.paused ? "robot.resume()" : "robot.pause()")),
+    authors);
 }
 
 /**
- * Return who paused an arm.
+ * Return the authors of an arm's pauses.
  *
  * @param {import("../../messages.d.ts").StateSample | null} sample Its state.
  * @returns {string} The names.

@@ -2,7 +2,7 @@
 
 /** Time without a message of the owner after which the socket is doubtful [ms]. */
 export const DOUBTFUL = 300;
-/** Time without a confirmation after which the person is told [ms]. */
+/** Time without a confirmation after which the page reports it [ms]. */
 export const UNCONFIRMED = 300;
 /** Time between two repetitions [ms]. */
 export const REPEAT = 200;
@@ -23,7 +23,7 @@ export const REPEAT = 200;
 
 /** One STOP after another; a new press begins anew. */
 export class Stop {
-  /** @param {StopPort} port What it needs. */
+  /** @param {StopPort} port Functions of the page. */
   constructor(port) {
     this.port = port;
     /** @type {StopState} */
@@ -32,7 +32,7 @@ export class Stop {
     this.pressed = 0;
     /** Time from the press to the confirmation [ms]; NaN without one. */
     this.took = NaN;
-    /** Number of the press, so that late answers are told apart. */
+    /** Number of the press, which distinguishes late answers. */
     this.press = 0;
     this.sent = 0;
   }
@@ -47,7 +47,7 @@ export class Stop {
     this.port.changed();
   }
 
-  /** Look what has become of it; called often. */
+  /** Update its state; called often. */
   tick() {
     const { port, state } = this;
     const now = port.now();

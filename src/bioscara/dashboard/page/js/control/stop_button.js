@@ -1,4 +1,4 @@
-// The STOP button, Escape from anywhere, and what has become of the stop.
+// The STOP button, Escape from anywhere, and the progress of the stop.
 
 /** @import { App } from "../app.js" */
 
@@ -6,13 +6,13 @@ import { at, button, h, setText } from "../dom.js";
 import { text } from "../texts.js";
 import { DOUBTFUL, Stop } from "./stop.js";
 
-/** Time between two looks at a stop in work [ms]. */
+/** Time between two updates of a stop in work [ms]. */
 const LOOK = 20;
 /** Time after which a request by POST is given up [ms]. */
 const GIVEN_UP = 2000;
 
 /**
- * Build STOP. It works before anything else does, and whatever the page shows.
+ * Build STOP. It works before anything else does, in every view of the page.
  *
  * @param {App} app The page.
  */
@@ -31,17 +31,30 @@ export function buildStop(app) {
     changed: show,
   });
   const status = h("p", { class: "stop-state", role: "alert" });
-  const onward = button(text("stop.close"), () => { stop.dismiss(); pressed.focus(); });
+  const onward = button(text("stop.close"), () => {
+    stop.dismiss();
+    pressed.focus();
+  });
   const box = h("div", { class: "stop-box card", hidden: true }, status, onward);
   const pressed = h("button", { type: "button", id: "stop-button", "aria-describedby": "stop-description", text: text("stop.button") });
   let byPointer = false;
-  pressed.addEventListener("pointerdown", () => { byPointer = true; begin(); });
+  pressed.addEventListener("pointerdown", () => {
+    byPointer = true;
+    begin();
+  });
   // A keyboard and a screen reader click without a pointer.
-  pressed.addEventListener("click", () => { if (!byPointer) begin(); byPointer = false; });
-  window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.repeat) begin(); }, { capture: true });
+  pressed.addEventListener("click", () => {
+    if (!byPointer) begin();
+    byPointer = false;
+  });
+  window.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !event.repeat) begin();
+  }, { capture: true });
   at("stop").append(pressed, h("span", { id: "stop-description", class: "hidden-text", text: text("stop.description") }), box);
   arm.on("lease", show);
-  arm.on("goals", () => { if (stop.state === "resting" && arm.sample?.moving.length) stop.dismiss(); });
+  arm.on("goals", () => {
+    if (stop.state === "resting" && arm.sample?.moving.length) stop.dismiss();
+  });
 
   function begin() {
     stop.stop();

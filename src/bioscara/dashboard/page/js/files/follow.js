@@ -8,7 +8,7 @@ import { text } from "../texts.js";
 
 /** Points of one message: with velocities and accelerations of six joints less than 256 KiB. */
 const PART = 500;
-/** Time between two looks at the progress [ms]. */
+/** Time between two requests for the progress [ms]. */
 const LOOK = 250;
 
 /** Follows one trajectory at a time. */
@@ -82,7 +82,7 @@ export class Follower {
     return { upload, last: part(trajectory, begin, count) };
   }
 
-  /** No event tells of the progress. */
+  /** No event reports the progress. */
   #look() {
     const { goal } = this;
     if (goal === null) return;
@@ -110,7 +110,10 @@ export class Follower {
  */
 function part({ joint_names, times, positions, velocities, accelerations }, begin, end) {
   return {
-    joint_names, times: times.slice(begin, end), positions: positions.slice(begin, end),
-    velocities: velocities?.slice(begin, end) ?? null, accelerations: accelerations?.slice(begin, end) ?? null,
+    joint_names,
+    times: times.slice(begin, end),
+    positions: positions.slice(begin, end),
+    velocities: velocities?.slice(begin, end) ?? null,
+    accelerations: accelerations?.slice(begin, end) ?? null,
   };
 }

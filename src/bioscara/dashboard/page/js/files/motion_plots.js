@@ -39,8 +39,11 @@ export class MotionPlots {
     this.whole = button(text("files.whole"), () => this.#seen(this.#begin, this.#end));
     this.whole.hidden = true;
     const limits = h("input", { type: "checkbox", checked: true, on: { change: () => this.#limit(limits.checked) } });
-    this.element = h("div", { class: "column motion-plots" }, h("div", { class: "row" }, h("label", {}, limits, text("files.with_limits")), this.whole), this.places);
-    new ResizeObserver(() => { for (const chart of this.charts) chart.resize(); }).observe(this.places);
+    this.element = h("div", { class: "column motion-plots" },
+      h("div", { class: "row" }, h("label", {}, limits, text("files.with_limits")), this.whole), this.places);
+    new ResizeObserver(() => {
+      for (const chart of this.charts) chart.resize();
+    }).observe(this.places);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       for (const chart of this.charts) chart.rebuild();
       this.#draw();
@@ -62,8 +65,13 @@ export class MotionPlots {
     const { names } = rows;
     const quantities = [this.#quantity("position", names, 0), this.#quantity("velocity", names, names.length)];
     this.view = {
-      times: Float64Array.from(rows.times), zero: 0, from: this.#begin, to: this.#end,
-      columns: quantities.flatMap(({ lines }, which) => lines.map(({ factor }, joint) => column(which ? rows.velocities : rows.positions, joint, factor))),
+      times: Float64Array.from(rows.times),
+      zero: 0,
+      from: this.#begin,
+      to: this.#end,
+      columns: quantities.flatMap(({ lines }, which) =>
+        lines.map(({ factor }, joint) => column(which ? rows.velocities : rows.positions, joint, factor))
+      ),
     };
     for (const quantity of quantities) {
       const title = text(`files.${quantity.id}`);
@@ -123,8 +131,13 @@ export class MotionPlots {
       const factor = linear ? MM : DEGREE;
       const limits = !joint ? [] : speed ? [-joint.max_velocity, joint.max_velocity] : [joint.lower, joint.upper];
       return {
-        column: first + index, name, joint: index, factor, unit: (linear ? "mm" : "°") + (speed ? "/s" : ""),
-        si: (linear ? "m" : "rad") + (speed ? "/s" : ""), limits: limits.map((limit) => limit / factor),
+        column: first + index,
+        name,
+        joint: index,
+        factor,
+        unit: (linear ? "mm" : "°") + (speed ? "/s" : ""),
+        si: (linear ? "m" : "rad") + (speed ? "/s" : ""),
+        limits: limits.map((limit) => limit / factor),
       };
     };
     return { id, lines: names.map(line) };
@@ -137,7 +150,10 @@ export class MotionPlots {
  * @param {number} factor
  */
 function column(rows, joint, factor) {
-  return Float32Array.from(rows, (row) => { const value = row[joint]; return value === null ? NaN : value / factor; });
+  return Float32Array.from(rows, (row) => {
+    const value = row[joint];
+    return value === null ? NaN : value / factor;
+  });
 }
 
 /**
@@ -151,7 +167,10 @@ export function rowsOf(trajectory) {
   const { joint_names: names } = trajectory;
   const count = Math.max(2, Math.min(POINTS, 40 * trajectory.times.length));
   const times = Array.from({ length: count }, (_, index) => curve.begin + ((curve.duration - curve.begin) * index) / (count - 1));
-  const positions = times.map((time) => { const at = curve.at(time); return names.map((name) => at[name]); });
+  const positions = times.map((time) => {
+    const at = curve.at(time);
+    return names.map((name) => at[name]);
+  });
   const last = count - 1;
   const velocities = times.map((_, index) => {
     const [before, after] = [Math.max(index - 1, 0), Math.min(index + 1, last)];

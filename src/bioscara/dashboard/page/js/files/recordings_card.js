@@ -29,8 +29,8 @@ export class RecordingsCard {
     this.list = h("ul", { class: "recordings" });
     this.title = h("h3");
     this.plots = new MotionPlots(app);
-    this.element = card(text("files.recordings"),
-      h("div", { class: "row" }, button(text("files.refresh"), () => this.refresh())), this.status, this.list, this.title, this.plots.element);
+    this.element = card(text("files.recordings"), h("div", { class: "row" }, button(text("files.refresh"), () => this.refresh())),
+      this.status, this.list, this.title, this.plots.element);
     this.title.hidden = true;
   }
 
@@ -50,12 +50,16 @@ export class RecordingsCard {
   #row(entry) {
     const { name, size, begin, end, complete, writing } = entry;
     const when = begin === null ? "" : new Date(1000 * begin).toLocaleString([], { dateStyle: "medium", timeStyle: "medium" });
-    const facts = [when, begin !== null && end !== null ? duration(end - begin) : "", `${(size / 2 ** 20).toFixed(1)} MiB`, complete ? "" : text(writing ? "files.writing" : "files.incomplete")];
+    const facts = [when, begin !== null && end !== null ? duration(end - begin) : "", `${(size / 2 ** 20).toFixed(1)} MiB`,
+      complete ? "" : text(writing ? "files.writing" : "files.incomplete")];
     const address = `api/recordings/${encodeURIComponent(name)}`;
-    return h("li", {}, h("span", { class: "grow" }, h("strong", { text: name }), " ", h("span", { class: "dim", text: facts.filter(Boolean).join(" · ") })),
-      h("span", { class: "row" },
-        button(text("files.replay"), () => this.app.attempt(() => this.#replay(entry, address)), { "aria-label": text("files.replay_one", { name }) }),
-        h("a", { href: address, download: name, class: "button", text: text("files.download"), "aria-label": text("files.download_one", { name }) })));
+    return h("li", {},
+      h("span", { class: "grow" }, h("strong", { text: name }), " ", h("span", { class: "dim", text: facts.filter(Boolean).join(" · ") })),
+      h("span", { class: "row" }, button(text("files.replay"), () => this.app.attempt(() => this.#replay(entry, address)), {
+        "aria-label": text("files.replay_one", { name }),
+      }),
+        h("a", { href: address, download: name, class: "button", text: text("files.download"),
+          "aria-label": text("files.download_one", { name }) })));
   }
 
   /**
@@ -86,7 +90,10 @@ function known({ times, joint_names, positions }) {
   const kept = times.map((_, index) => index).filter((index) => positions[index].every((position) => position !== null));
   if (kept.length < 2) return null;
   return {
-    joint_names, times: kept.map((index) => times[index] - times[kept[0]]),
-    positions: kept.map((index) => /** @type {number[]} */ (positions[index])), velocities: null, accelerations: null,
+    joint_names,
+    times: kept.map((index) => times[index] - times[kept[0]]),
+    positions: kept.map((index) => /** @type {number[]} */ (positions[index])),
+    velocities: null,
+    accelerations: null,
   };
 }

@@ -19,7 +19,7 @@ import { MotionPlots, rowsOf } from "./motion_plots.js";
 const SIZE_MAX = 8 * 2 ** 20;
 
 /**
- * What the server says of a file.
+ * The server's answer for a file.
  *
  * @typedef {Object} Checked
  * @property {TrajectoryValue} trajectory The trajectory.
@@ -48,8 +48,8 @@ export class TrajectoryCard {
     this.peaks = h("tbody");
     this.fit = button(text("files.fit"), () => this.#read(true));
     this.plots = new MotionPlots(app);
-    this.element = card(text("files.trajectory"), dropZone(text("files.drop"), ".yaml,.yml,.csv", (file) => this.take(file)),
-      this.status, this.problem, this.#found(), this.#running());
+    this.element = card(text("files.trajectory"), dropZone(text("files.drop"), ".yaml,.yml,.csv", (file) => this.take(file)), this.status,
+      this.problem, this.#found(), this.#running());
     this.#update();
   }
 
@@ -58,8 +58,10 @@ export class TrajectoryCard {
     const table = h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": text("files.peaks") },
       h("table", { class: "peaks" }, h("caption", { text: text("files.peaks") }),
         h("thead", {}, h("tr", {}, ...heads.map((name) => h("th", { scope: "col", text: text(`files.${name}`) })))), this.peaks));
-    this.follow = action(this.app, text("files.execute"), () => this.#follow(), { enabled: false, extra: () => this.#why(), attributes: { class: "primary" } });
-    const buttons = h("div", { class: "row" }, button(text("files.preview"), () => this.#preview()), this.fit, this.follow, copyButton(() => this.#code()));
+    this.follow = action(this.app, text("files.execute"), () => this.#follow(), { enabled: false, extra: () => this.#why(),
+      attributes: { class: "primary" } });
+    const buttons = h("div", { class: "row" }, button(text("files.preview"), () => this.#preview()), this.fit, this.follow,
+      copyButton(() => this.#code()));
     this.found = h("div", { class: "column" }, buttons, this.notes, table, this.plots.element);
     return this.found;
   }
@@ -97,7 +99,7 @@ export class TrajectoryCard {
     try {
       /** @type {Checked} */
       const checked = await judged(post(`api/trajectories?name=${encodeURIComponent(file.name)}&fit=${Number(fit)}`, file));
-      // Another file may have been chosen meanwhile.
+      // Another file may have been chosen before the answer.
       if (this.file === file) this.#set(checked);
     } catch (error) {
       if (this.file !== file) return;
@@ -130,11 +132,12 @@ export class TrajectoryCard {
     const unit = this.app.arm.joints.find(({ name }) => name === peak.joint)?.unit ?? "rad";
     const cell = (/** @type {number} */ value, /** @type {number} */ limit, /** @type {string} */ per) => {
       const over = value > limit * (1 + 1e-9);
-      return h("td", { class: `number${over ? " danger" : ""}`, text: `${velocity(value, unit)}${per}${over ? ` ${text("files.over")}` : ""}` });
+      return h("td", { class: `number${over ? " danger" : ""}`,
+        text: `${velocity(value, unit)}${per}${over ? ` ${text("files.over")}` : ""}` });
     };
-    return h("tr", {}, h("th", { scope: "row", text: peak.joint }),
-      cell(peak.velocity, peak.velocity_limit, ""), cell(peak.velocity_limit, Infinity, ""),
-      cell(peak.acceleration, peak.acceleration_limit, "²"), cell(peak.acceleration_limit, Infinity, "²"));
+    return h("tr", {}, h("th", { scope: "row", text: peak.joint }), cell(peak.velocity, peak.velocity_limit, ""),
+      cell(peak.velocity_limit, Infinity, ""), cell(peak.acceleration, peak.acceleration_limit, "²"),
+      cell(peak.acceleration_limit, Infinity, "²"));
   }
 
   #update() {
@@ -159,7 +162,12 @@ export class TrajectoryCard {
     const { checked } = this;
     if (!checked) return;
     this.app.showPreview({
-      title: this.file?.name ?? text("files.trajectory"), trajectory: checked.planned ?? checked.trajectory, plan: null, time: 0, source: "files", notes: checked.notes,
+      title: this.file?.name ?? text("files.trajectory"),
+      trajectory: checked.planned ?? checked.trajectory,
+      plan: null,
+      time: 0,
+      source: "files",
+      notes: checked.notes,
       execute: checked.problem ? null : () => this.follower.follow(checked.trajectory),
     });
   }

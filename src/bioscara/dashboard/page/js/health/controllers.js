@@ -16,10 +16,8 @@ const COLOURS = { active: "good", inactive: "", unconfigured: "warn", finalized:
 export function controllerTables() {
   const controllers = h("tbody");
   const components = h("tbody");
-  const element = h("div", { class: "column" },
-    table("health.controllers", ["name", "state", "type", "rate", "claimed"], controllers),
-    table("health.components", ["name", "state", "kind", "rate", "interfaces"], components),
-  );
+  const element = h("div", { class: "column" }, table("health.controllers", ["name", "state", "type", "rate", "claimed"], controllers),
+    table("health.components", ["name", "state", "kind", "rate", "interfaces"], components));
   let shown = "";
   return {
     element,
@@ -28,12 +26,20 @@ export function controllerTables() {
       // Left alone unless it changed: the screen reader may be in it.
       if (now === shown) return;
       shown = now;
-      controllers.replaceChildren(...list.controllers.map((each) => row(each.name, each.state, [
-        each.type, rate(each.update_rate), each.claimed.join(", ") || text("health.nothing"),
-      ])));
-      components.replaceChildren(...list.components.map((each) => row(each.name, each.state, [
-        `${each.type}: ${each.plugin}`, rate(each.rate), interfaces([...each.states, ...each.commands]),
-      ])));
+      controllers.replaceChildren(...list.controllers.map((each) =>
+        row(each.name, each.state, [
+          each.type,
+          rate(each.update_rate),
+          each.claimed.join(", ") || text("health.nothing"),
+        ])
+      ));
+      components.replaceChildren(...list.components.map((each) =>
+        row(each.name, each.state, [
+          `${each.type}: ${each.plugin}`,
+          rate(each.rate),
+          interfaces([...each.states, ...each.commands]),
+        ])
+      ));
     },
   };
 }
@@ -55,8 +61,7 @@ function table(title, columns, body) {
  * @param {string[]} rest
  */
 function row(name, state, rest) {
-  return h("tr", {}, h("th", { scope: "row", text: name }),
-    h("td", {}, h("span", { class: `badge ${COLOURS[state] ?? ""}`, text: state })),
+  return h("tr", {}, h("th", { scope: "row", text: name }), h("td", {}, h("span", { class: `badge ${COLOURS[state] ?? ""}`, text: state })),
     ...rest.map((cell) => h("td", { text: cell })));
 }
 

@@ -30,10 +30,14 @@ const PERIOD = 250;
 export function eventLog(app) {
   const group = h("select", { "aria-label": text("health.filter"), on: { change: () => draw() } },
     ...["all", ...Object.keys(GROUPS)].map((name) => h("option", { value: name, text: text(`health.group_${name}`) })));
-  const search = h("input", { type: "search", "aria-label": text("health.search"), placeholder: text("health.search"), on: { input: () => draw() } });
+  const search = h("input", { type: "search", "aria-label": text("health.search"), placeholder: text("health.search"),
+    on: { input: () => draw() } });
   const count = h("span", { class: "dim", role: "status" });
   const list = h("ol", { class: "events", tabindex: "0", "aria-label": text("health.events") });
-  const more = button(text("health.show_more"), () => { limit += SHOWN; draw(); });
+  const more = button(text("health.show_more"), () => {
+    limit += SHOWN;
+    draw();
+  });
   let limit = SHOWN;
   let visible = false;
   let due = 0;
@@ -55,8 +59,15 @@ export function eventLog(app) {
   const element = h("div", { class: "column" }, h("div", { class: "row" }, group, search, count), list, more);
   return {
     element,
-    show() { visible = true; draw(); },
-    hide() { visible = false; clearTimeout(due); due = 0; },
+    show() {
+      visible = true;
+      draw();
+    },
+    hide() {
+      visible = false;
+      clearTimeout(due);
+      due = 0;
+    },
   };
 }
 
@@ -72,7 +83,7 @@ function matching(events, group, wanted) {
   const words = wanted.toLowerCase().split(/\s+/).filter(Boolean);
   const kinds = GROUPS[group];
   return events.filter(({ what, text: sentence, client }) => {
-    // A gap is never hidden: what is missing may have been of this kind.
+    // A gap is never hidden: missing events may have been of this kind.
     if (kinds && what !== "gap" && !kinds.includes(what)) return false;
     const all = `${what} ${sentence} ${client}`.toLowerCase();
     return what === "gap" || words.every((word) => all.includes(word));
@@ -83,7 +94,5 @@ function matching(events, group, wanted) {
 function row(event) {
   return h("li", { class: event.what === "gap" ? "gap" : null },
     h("time", { class: "dim", text: clockTime(event.wall), datetime: new Date(1000 * event.wall).toISOString() }),
-    h("span", { class: `badge ${COLOURS[event.what] ?? ""}`, text: event.what.replaceAll("_", " ") }),
-    h("span", { text: event.text }),
-  );
+    h("span", { class: `badge ${COLOURS[event.what] ?? ""}`, text: event.what.replaceAll("_", " ") }), h("span", { text: event.text }));
 }

@@ -11,7 +11,7 @@ import { text } from "../texts.js";
 const TOLD = new Set(["args", "what", "remedy", "joint", "component"]);
 
 /**
- * Return a fault's text in two parts: what happened, and what a person has to do.
+ * Return a fault's text in two parts: the event, and the remedy.
  *
  * @param {FaultValue} fault The fault.
  * @returns {{what: string, remedy: string}} The parts; the remedy is empty if the text has none.

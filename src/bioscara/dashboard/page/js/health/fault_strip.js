@@ -12,7 +12,7 @@ import { text } from "../texts.js";
  * Build the strip.
  *
  * @param {App} app The page.
- * @param {Recovery} recovery The way out of faults.
+ * @param {Recovery} recovery The recovery from faults.
  */
 export function buildFaultStrip(app, recovery) {
   const { arm } = app;
@@ -20,12 +20,13 @@ export function buildFaultStrip(app, recovery) {
   const title = h("strong");
   const what = h("span");
   const more = button("", () => document.getElementById("tab-health")?.click(), { class: "link" });
-  const close = button("×", () => { recovery.dismiss(); update(); }, { "aria-label": text("health.close") });
+  const close = button("×", () => {
+    recovery.dismiss();
+    update();
+  }, { "aria-label": text("health.close") });
   const step = stepButton(recovery);
-  const strip = h("div", { class: "strip" },
-    h("div", { class: "strip-text" }, title, " ", what, " ", more),
-    h("div", { class: "strip-step" }, step.element, close),
-  );
+  const strip = h("div", { class: "strip" }, h("div", { class: "strip-text" }, title, " ", what, " ", more),
+    h("div", { class: "strip-step" }, step.element, close));
 
   function update() {
     const next = recovery.step;
@@ -69,15 +70,18 @@ export function buildFaultStrip(app, recovery) {
 }
 
 /**
- * Make the button of the next step, with what it does and why it cannot be pressed.
+ * Make the button of the next step, with its effect and the reason why it cannot be pressed.
  *
  * It is one element for all steps, so that the focus stays where it is.
  *
- * @param {Recovery} recovery The way out of faults.
+ * @param {Recovery} recovery The recovery from faults.
  * @returns {{element: HTMLElement, update: () => void}} The element, and what brings it up to date.
  */
 export function stepButton(recovery) {
-  const press = button("", () => { recovery.take().then(update); update(); }, { class: "primary step" });
+  const press = button("", () => {
+    recovery.take().then(update);
+    update();
+  }, { class: "primary step" });
   const number = h("span", { class: "badge action" });
   const note = h("span", { class: "note" });
   const element = h("div", { class: "next-step", role: "group", "aria-label": text("health.next") }, number, press, note);

@@ -15,7 +15,7 @@ const QUALITIES = ["fresh", "stale", "assumed", "unknown"];
 const UNKNOWN = "–";
 
 /**
- * A cell: what it says, and its colour.
+ * A cell: its text and its colour.
  *
  * @typedef {[string, string?]} Cell
  */
@@ -28,7 +28,8 @@ const REPORTED = {
   firmware: ({ firmware, protocol }) => [text(firmware ? "health.firmware_of" : "health.original", { firmware, protocol })],
   boot: ({ boot_id }) => [boot_id === null ? UNKNOWN : `0x${boot_id.toString(16).padStart(4, "0")}`],
   reset: ({ reset_cause }) => [
-    reset_cause === "pin" ? text("health.pin") : reset_cause || UNKNOWN, ["power on", ""].includes(reset_cause) ? "" : "warn",
+    reset_cause === "pin" ? text("health.pin") : reset_cause || UNKNOWN,
+    ["power on", ""].includes(reset_cause) ? "" : "warn",
   ],
   latched: ({ counters }) => (counters ? [latched(counters), counters.fault === "NONE" ? "" : "danger"] : [UNKNOWN]),
   broken: ({ counters }) => [counters ? String(counters.broken) : UNKNOWN],
@@ -44,7 +45,8 @@ const SAMPLED = {
   motor: (flags, quality) => (quality === 3 ? [UNKNOWN] : [text(flags & NOT_ENABLED ? "health.off" : "health.on")]),
   flags: (flags) => [flagNames(flags)],
   quality: (_, quality, age) => [
-    age > 0.1 ? text("health.quality_age", { quality: text(`health.quality_${QUALITIES[quality]}`), age: duration(age) })
+    age > 0.1
+      ? text("health.quality_age", { quality: text(`health.quality_${QUALITIES[quality]}`), age: duration(age) })
       : text(`health.quality_${QUALITIES[quality] ?? "unknown"}`),
     quality === 0 ? "" : "warn",
   ],
@@ -62,13 +64,15 @@ export function jointTable(app) {
   const head = h("tr", {}, h("th", { scope: "col", text: text("health.joint") }));
   const body = h("tbody");
   const counted = h("p", { class: "dim" });
-  const table = h("table", { class: "joint-reports" }, h("caption", { class: "hidden-text", text: text("health.joints") }), h("thead", {}, head), body);
+  const table = h("table", { class: "joint-reports" }, h("caption", { class: "hidden-text", text: text("health.joints") }),
+    h("thead", {}, head), body);
   /** @type {Map<string, HTMLElement[]>} */
   const cells = new Map();
 
   /** @param {readonly string[]} joints */
   function build(joints) {
-    head.replaceChildren(h("th", { scope: "col", text: text("health.joint") }), ...joints.map((name) => h("th", { scope: "col", text: name })));
+    head.replaceChildren(h("th", { scope: "col", text: text("health.joint") }),
+      ...joints.map((name) => h("th", { scope: "col", text: name })));
     body.replaceChildren(...names.map((name) => {
       const row = joints.map(() => h("td", { text: UNKNOWN }));
       cells.set(name, row);
@@ -89,13 +93,14 @@ export function jointTable(app) {
   }
 
   return {
-    element: h("div", { class: "column" }, h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": text("health.joints") }, table), counted),
+    element: h("div", { class: "column" },
+      h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": text("health.joints") }, table), counted),
     sample() {
       const sample = app.arm.sample;
       if (!sample) return;
       if (head.children.length !== sample.names.length + 1) build(sample.names);
       for (let joint = 0; joint < sample.names.length; joint += 1) {
-        const age = (sample.time - (sample.stamps[joint] ?? NaN));
+        const age = sample.time - (sample.stamps[joint] ?? NaN);
         for (const [name, cell] of Object.entries(SAMPLED)) fill(name, joint, cell(sample.flags[joint], sample.qualities[joint], age));
       }
     },
@@ -104,7 +109,9 @@ export function jointTable(app) {
         for (const [name, cell] of Object.entries(REPORTED)) fill(name, index, cell(joint));
       });
       const age = list.counted === null ? NaN : (app.arm.sample?.time ?? NaN) - list.counted;
-      setText(counted, Number.isNaN(age) ? text("health.never_counted") : text("health.counted", { age: age < 1 ? text("health.just_now") : text("health.ago", { age: duration(age) }) }));
+      setText(counted, Number.isNaN(age)
+        ? text("health.never_counted")
+        : text("health.counted", { age: age < 1 ? text("health.just_now") : text("health.ago", { age: duration(age) }) }));
     },
   };
 }

@@ -19,7 +19,10 @@ export function logView(app) {
   /** @type {string[]} */
   let lines = [];
   let last = 0;
-  app.arm.on("reset", () => { lines = []; last = 0; });
+  app.arm.on("reset", () => {
+    lines = [];
+    last = 0;
+  });
   return {
     element,
     async refresh() {
@@ -30,7 +33,7 @@ export function logView(app) {
       const below = element.scrollHeight - element.scrollTop - element.clientHeight < 20;
       lines = [...lines, ...result.lines].slice(-KEPT);
       element.replaceChildren(h("span", { text: lines.join("\n") || text("health.no_log") }));
-      // A person who reads further up is left there.
+      // A position further up, where a person reads, is kept.
       if (below) element.scrollTop = element.scrollHeight;
     },
   };

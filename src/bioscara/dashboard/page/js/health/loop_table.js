@@ -1,4 +1,4 @@
-// Statistics of the control loop, the bus and the owner, beside their limits.
+// Statistics of the control loop, the bus and the owner, with their limits.
 
 /** @import { App } from "../app.js" */
 /** @import { Statistics } from "../../messages.d.ts" */
@@ -26,10 +26,8 @@ const OVERRUN_LIMIT = 0.05;
 export function loopTable(app) {
   const body = h("tbody");
   const columns = ["quantity", "now", "p50", "p99", "max", "limit"];
-  const table = h("table", {},
-    h("caption", { class: "hidden-text", text: text("health.loop") }),
-    h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`health.col_${name}`) })))),
-    body);
+  const table = h("table", {}, h("caption", { class: "hidden-text", text: text("health.loop") }),
+    h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`health.col_${name}`) })))), body);
   /** @type {Record<string, HTMLElement[]>} */
   const rows = {};
   for (const name of ["late", "bus_time", "read", "update", "write"]) {
@@ -81,7 +79,8 @@ export function loopTable(app) {
       setText(values.bus_share, text("health.bus_share", { share: percent(share), limit: percent(BUS_LIMIT) }));
       values.bus_share.classList.toggle("warn", share > BUS_ADVISED);
       const late = statistics.overruns / Math.max(statistics.cycles, 1);
-      setText(values.overruns, text("health.overruns", { count: statistics.overruns, share: percent(late, 2), limit: percent(OVERRUN_LIMIT) }));
+      setText(values.overruns,
+        text("health.overruns", { count: statistics.overruns, share: percent(late, 2), limit: percent(OVERRUN_LIMIT) }));
       values.overruns.classList.toggle("warn", late > OVERRUN_LIMIT);
       setText(values.cycles, String(statistics.cycles));
       setText(values.clients, String(statistics.clients));

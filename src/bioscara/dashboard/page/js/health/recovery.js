@@ -1,4 +1,4 @@
-// The way from a fault to an arm that is enabled again: acknowledge, recover, enable. Nothing moves.
+// The steps from a fault to an arm that is enabled again: acknowledge, recover, enable. Nothing moves.
 
 /** @import { App } from "../app.js" */
 /** @import { AnyTask } from "../../messages.d.ts" */
@@ -16,7 +16,7 @@ const GUARD = 600;
  * The next step.
  *
  * @typedef {Object} Step
- * @property {"stopping" | "acknowledge" | "recover" | "enable"} kind What it is; `stopping` waits for the arm.
+ * @property {"stopping" | "acknowledge" | "recover" | "enable"} kind Its kind; `stopping` waits for the arm.
  * @property {number} number Its number, from 1.
  * @property {boolean} busy Whether it is being taken.
  */
@@ -34,7 +34,9 @@ export class Recovery {
     /** @type {boolean} */
     this.faulty = false;
     app.arm.on("sample", () => this.#watch());
-    app.arm.on("reset", () => { this.recovered = this.faulty = false; });
+    app.arm.on("reset", () => {
+      this.recovered = this.faulty = false;
+    });
   }
 
   /** The next step; null if none is needed. @returns {Step | null} */
@@ -43,9 +45,12 @@ export class Recovery {
     if (!sample) return null;
     const running = (/** @type {string} */ name) => this.pending || sample.moving.includes(name);
     switch (sample.fault) {
-      case "stopping": return { kind: "stopping", number: 1, busy: true };
-      case "latched": return { kind: "acknowledge", number: 1, busy: running("acknowledge()") };
-      case "acknowledged": return { kind: "recover", number: 2, busy: running("recover()") };
+      case "stopping":
+        return { kind: "stopping", number: 1, busy: true };
+      case "latched":
+        return { kind: "acknowledge", number: 1, busy: running("acknowledge()") };
+      case "acknowledged":
+        return { kind: "recover", number: 2, busy: running("recover()") };
     }
     return this.recovered ? { kind: "enable", number: 3, busy: running("enable()") } : null;
   }

@@ -1,4 +1,4 @@
-// The strip below the header while nobody has confirmed the bench that the last owner knew.
+// The strip below the header while the bench is not confirmed that the last owner knew.
 
 /** @import { App } from "../app.js" */
 
@@ -16,8 +16,8 @@ export function buildUnconfirmedStrip(app) {
   const host = at("unconfirmed");
   const what = h("span");
   const confirm = action(app, text("health.confirm"),
-    async () => app.ended((await app.start({ kind: "confirm_scene", revision: arm.workspace?.revision ?? null })).goal),
-    { homed: false, enabled: false, attributes: { class: "primary" } });
+    async () => app.ended((await app.start({ kind: "confirm_scene", revision: arm.workspace?.revision ?? null })).goal), { homed: false,
+    enabled: false, attributes: { class: "primary" } });
   const strip = h("div", { class: "strip" },
     h("div", { class: "strip-text" }, h("strong", { text: `⚠ ${text("health.unconfirmed")}` }), " ", what),
     h("div", { class: "strip-step" }, confirm));

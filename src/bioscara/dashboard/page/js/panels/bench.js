@@ -1,4 +1,4 @@
-// Panel: the simulation bench, where a person sees what the software does about each fault.
+// Panel: the simulation bench, where a person sees the reaction of the software to each fault.
 
 /** @import { App, Panel, PanelView } from "../app.js" */
 /** @import { Experiment } from "../bench/experiments.js" */
@@ -35,16 +35,18 @@ class Bench {
   constructor(host, app) {
     this.app = app;
     this.visible = false;
-    /** What the owner simulates now; null if that is not known. @type {SimulationState | null} */
+    /** The faults that the owner simulates now; null if that is not known. @type {SimulationState | null} */
     this.state = null;
     /** @type {ExperimentCard[]} */
     this.cards = [];
     this.grid = h("div", { class: "bench-grid" });
     this.why = h("p", { class: "dim", role: "status" });
     this.on = h("p", { role: "status" });
-    host.append(h("div", { class: "column" },
-      h("p", { class: "notice warn" }, h("strong", { text: text("bench.banner_title") }), ` ${text("bench.banner")}`),
-      this.why, this.#controls(), this.on, this.grid));
+    host.append(
+      h("div", { class: "column" },
+        h("p", { class: "notice warn" }, h("strong", { text: text("bench.banner_title") }), ` ${text("bench.banner")}`), this.why,
+        this.#controls(), this.on, this.grid),
+    );
     for (const topic of /** @type {const} */ (["lease", "link"])) app.arm.on(topic, () => this.#permit());
     app.arm.on("description", () => this.#build());
     app.arm.on("reset", () => {
@@ -87,8 +89,7 @@ class Bench {
     this.motion = button(text("bench.motion"), () => this.#move());
     this.speed = h("select", { "aria-label": text("bench.speed"), on: { change: () => this.#setSpeed() } },
       ...SPEEDS.map((factor) => h("option", { value: factor, text: `× ${factor}`, selected: factor === 1 })));
-    return h("div", { class: "row" }, this.allOff, this.joint, this.motion,
-      h("label", {}, text("bench.speed"), this.speed),
+    return h("div", { class: "row" }, this.allOff, this.joint, this.motion, h("label", {}, text("bench.speed"), this.speed),
       copyButton(() => this.#python()));
   }
 
@@ -143,7 +144,7 @@ class Bench {
     await this.#look();
   }
 
-  /** Show what is simulated now, as the owner knows it. */
+  /** Show the simulated faults, as the owner reports them. */
   async #look() {
     try {
       this.state = await this.app.ask({ kind: "get_simulation" });
@@ -152,7 +153,8 @@ class Bench {
       this.state = null;
     }
     const names = (this.state?.faults ?? []).map(({ fault, joint }) => (joint ? `${nameOf(fault)} (${joint})` : nameOf(fault)));
-    setText(this.on, names.length ? text("bench.on_now", { names: names.join(", ") }) : text(this.state ? "bench.nothing_on" : "bench.unknown"));
+    setText(this.on,
+      names.length ? text("bench.on_now", { names: names.join(", ") }) : text(this.state ? "bench.nothing_on" : "bench.unknown"));
     this.#showSpeed(this.state?.real_time_factor ?? NaN);
     this.#permit();
   }
@@ -162,7 +164,8 @@ class Bench {
     const { speed } = this;
     if (!speed || Number.isNaN(factor)) return;
     // Another client may have chosen one that is not in the list.
-    if (![...speed.options].some((option) => Number(option.value) === factor)) speed.append(h("option", { value: factor, text: `× ${factor}` }));
+    if (![...speed.options].some((option) => Number(option.value) === factor))
+      speed.append(h("option", { value: factor, text: `× ${factor}` }));
     speed.value = String(factor);
   }
 
@@ -183,7 +186,8 @@ class Bench {
     }
     await this.app.attempt(async () => {
       for (const goal of [this.#goal(index, begin), begin]) {
-        const started = await this.app.start({ kind: "move_joints", positions: goal, velocity_scaling: SHARE, acceleration_scaling: SHARE });
+        const started = await this.app.start({ kind: "move_joints", positions: goal, velocity_scaling: SHARE,
+          acceleration_scaling: SHARE });
         const end = await this.app.ended(started.goal);
         if (end.failure) throw new RequestError(end.failure);
       }
@@ -207,8 +211,11 @@ class Bench {
     const index = Math.max(this.app.arm.joints.findIndex(({ name }) => name === this.joint?.value), 0);
     const step = this.app.arm.joints[index]?.unit === "m" ? DISTANCE : ANGLE;
     return [
-      "begin = list(robot.state.positions)", "goal = list(begin)", `goal[${index}] += ${step.toFixed(4)}`,
-      `robot.move_joints(goal, velocity_scaling=${SHARE})`, `robot.move_joints(begin, velocity_scaling=${SHARE})`,
+      "begin = list(robot.state.positions)",
+      "goal = list(begin)",
+      `goal[${index}] += ${step.toFixed(4)}`,
+      `robot.move_joints(goal, velocity_scaling=${SHARE})`,
+      `robot.move_joints(begin, velocity_scaling=${SHARE})`,
     ].join("\n");
   }
 }

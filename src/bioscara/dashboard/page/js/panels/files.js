@@ -17,5 +17,7 @@ export const filesPanel = { id: "files", mount };
 function mount(host, app) {
   const recordings = new RecordingsCard(app);
   host.append(h("div", { class: "column" }, new TrajectoryCard(app).element, recordings.element));
-  return { show: () => { recordings.refresh(); } };
+  return { show: () => {
+    recordings.refresh();
+  } };
 }

@@ -1,4 +1,4 @@
-// Panel: the state of health. Faults with the way out, joints, loop and bus, controllers, events, log.
+// Panel: the state of health. Faults with the recovery, joints, loop and bus, controllers, events, log.
 
 /** @import { App, Panel, PanelView } from "../app.js" */
 /** @import { Recovery } from "../health/recovery.js" */
@@ -20,7 +20,7 @@ const PERIOD = 2000;
 /**
  * Return the panel.
  *
- * @param {Recovery} recovery The way out of faults.
+ * @param {Recovery} recovery The recovery from faults.
  * @returns {Panel} The panel.
  */
 export function healthPanel(recovery) {
@@ -43,9 +43,10 @@ function mount(host, app, recovery) {
   const log = logView(app);
   const logDetails = details("health.log", log.element);
   const controllerDetails = details("health.controllers_title", controllers.element);
-  host.append(h("div", { class: "health" },
-    faults.element, card("health.joints", joints.element, "wide"), card("health.loop", loop.element),
-    card("health.events", events.element), controllerDetails, logDetails));
+  host.append(
+    h("div", { class: "health" }, faults.element, card("health.joints", joints.element, "wide"), card("health.loop", loop.element),
+      card("health.events", events.element), controllerDetails, logDetails),
+  );
   let visible = false;
   let timer = 0;
 
@@ -90,7 +91,7 @@ function mount(host, app, recovery) {
  * Build the list of faults and warnings.
  *
  * @param {App} app The page.
- * @param {Recovery} recovery The way out.
+ * @param {Recovery} recovery The recovery from faults.
  */
 function faultSection(app, recovery) {
   const { arm } = app;
@@ -117,7 +118,8 @@ function faultSection(app, recovery) {
     noWarnings.hidden = (given?.warnings ?? []).length > 0;
   }
   for (const topic of /** @type {const} */ (["sample", "faults", "lease", "link"])) arm.on(topic, draw);
-  const element = h("section", { class: "card column faults wide" }, h("div", { class: "row" }, h("h2", { text: text("health.faults") }), python), state, list, step.element,
+  const element = h("section", { class: "card column faults wide" },
+    h("div", { class: "row" }, h("h2", { text: text("health.faults") }), python), state, list, step.element,
     h("h3", { text: text("health.warnings") }), noWarnings, warnings);
   return { element, show: draw };
 }

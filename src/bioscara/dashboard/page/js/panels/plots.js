@@ -14,7 +14,7 @@ import { text } from "../texts.js";
 /** Lengths that can be chosen [s]. */
 const LENGTHS = [10, 60, 300, 600];
 const SHORTEST = 1;
-/** Least time between two drawings [ms], and between two looks at the values in view. */
+/** Least time between two drawings [ms], and between two updates of the values in view. */
 const PERIOD = 100;
 const SUMMARY_PERIOD = 1000;
 /** Time without any load after which a joint has none [s]. */
@@ -36,7 +36,7 @@ class Plots {
     this.app = app;
     this.visible = false;
     this.length = LENGTHS[1];
-    /** What is seen while the time stands; null while it runs. @type {View | null} */
+    /** The values in view while the time stands; null while it runs. @type {View | null} */
     this.held = null;
     /** @type {Map<string, {chart: Chart, element: HTMLElement, wanted: boolean}>} */
     this.charts = new Map();
@@ -58,9 +58,15 @@ class Plots {
     this.details = h("details", { class: "card" }, h("summary", {}, h("h2", { text: text("plots.values") })), this.#summaryTable());
     host.append(h("div", { class: "column" }, this.#controls(), this.joints, this.quantities, this.status, this.stack, this.details));
     app.arm.on("sample", () => this.#sample());
-    app.arm.on("reset", () => { if (this.visible) this.show(); });
-    app.arm.on("description", () => { if (this.visible && this.charts.size === 0) this.show(); });
-    app.arm.on("link", () => { if (this.visible && app.arm.link === "live") this.#resume(); });
+    app.arm.on("reset", () => {
+      if (this.visible) this.show();
+    });
+    app.arm.on("description", () => {
+      if (this.visible && this.charts.size === 0) this.show();
+    });
+    app.arm.on("link", () => {
+      if (this.visible && app.arm.link === "live") this.#resume();
+    });
     this.details.addEventListener("toggle", () => this.#summarise());
     new ResizeObserver(() => this.#resize()).observe(this.stack);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#recolour());
@@ -86,7 +92,9 @@ class Plots {
 
   #controls() {
     const length = h("select", { "aria-label": text("plots.length"), on: { change: () => this.#setLength(Number(length.value)) } },
-      ...LENGTHS.map((seconds) => h("option", { value: seconds, text: text(`plots.length_${seconds}`), selected: seconds === this.length })));
+      ...LENGTHS.map((seconds) =>
+        h("option", { value: seconds, text: text(`plots.length_${seconds}`), selected: seconds === this.length })
+      ));
     this.select = length;
     this.pause = button(text("plots.pause"), () => this.#togglePause(), { "aria-pressed": "false" });
     const limits = h("input", { type: "checkbox", checked: true, on: { change: () => this.#setLimits(limits.checked) } });
@@ -95,19 +103,21 @@ class Plots {
       button("−", () => this.#zoom(ZOOM), { "aria-label": text("plots.zoom_out"), title: text("plots.zoom_out") }),
       button("←", () => this.#move(-MOVE), { "aria-label": text("plots.earlier"), title: text("plots.earlier") }),
       button("→", () => this.#move(MOVE), { "aria-label": text("plots.later"), title: text("plots.later") }),
-      h("label", {}, limits, text("plots.limits")),
-      button(text("plots.csv"), () => this.#saveTable()),
+      h("label", {}, limits, text("plots.limits")), button(text("plots.csv"), () => this.#saveTable()),
       button(text("plots.png"), () => this.#savePicture()),
-      copyButton(() => "for name, position, velocity in zip(robot.state.names, robot.state.positions, robot.state.velocities):\n    print(name, position, velocity)"));
+      copyButton(() =>
+        "for name, position, velocity in zip(robot.state.names, robot.state.positions, robot.state.velocities):\n    print(name, position, velocity)"
+      ));
   }
 
   #summaryTable() {
     const columns = ["line", "newest", "least", "most"];
     return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": text("plots.values") },
-      h("table", {}, h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`plots.col_${name}`) })))), this.summary));
+      h("table", {}, h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`plots.col_${name}`) })))),
+        this.summary));
   }
 
-  /** Make the plots for what the arm has. */
+  /** Make the plots for the quantities of the arm. */
   #build() {
     const { quantities } = this.recorder;
     const key = quantities.map(({ id, lines }) => `${id} ${lines.map((line) => line.name)}`).join();
@@ -121,7 +131,8 @@ class Plots {
       this.joints.replaceChildren(...(quantities[0]?.lines ?? []).map((line, index) => this.#jointBox(line.name, index)));
       this.quantities.replaceChildren(...quantities.map(({ id }) => this.#quantityBox(id)));
       for (const quantity of quantities) {
-        const place = h("div", { class: "plot", role: "img", "aria-label": text("plots.plot_of", { quantity: text(`plots.quantity_${quantity.id}`) }) });
+        const place = h("div", { class: "plot", role: "img",
+          "aria-label": text("plots.plot_of", { quantity: text(`plots.quantity_${quantity.id}`) }) });
         const element = h("section", {}, h("h2", { text: text(`plots.quantity_${quantity.id}`) }), place);
         if (quantity.id === "load") place.before(this.noLoad);
         this.stack.append(element);
@@ -184,16 +195,18 @@ class Plots {
     if (first < 0) return;
     const lines = quantities.find(({ id }) => id === "load")?.lines ?? [];
     const without = lines.filter(({ column }) => columns[column].subarray(first).every(Number.isNaN));
-    const [original, ours] = [true, false].map((wanted) => without
-      .filter(({ joint }) => (description.firmware[joint] === "protocol 1") === wanted)
-      .map(({ name }) => name).join(", "));
+    const [original, ours] = [true, false].map((wanted) =>
+      without
+        .filter(({ joint }) => (description.firmware[joint] === "protocol 1") === wanted)
+        .map(({ name }) => name).join(", ")
+    );
     const notes = [];
     if (original) notes.push(text("plots.no_load_original", { joints: original }));
     if (ours) notes.push(text("plots.no_load", { joints: ours }));
     setText(this.noLoad, notes.join(" "));
   }
 
-  /** What is seen now. @returns {View | null} */
+  /** The values in view now. @returns {View | null} */
   get view() {
     if (this.held) return this.held;
     const { ring } = this.recorder;
@@ -220,7 +233,8 @@ class Plots {
     const lines = this.#lines();
     while (this.summary.rows.length > lines.length) this.summary.deleteRow(-1);
     lines.forEach(({ line, name }, index) => {
-      const row = this.summary.rows[index] ?? this.summary.appendChild(h("tr", {}, h("th", { scope: "row" }), ...[0, 1, 2].map(() => h("td", { class: "number" }))));
+      const row = this.summary.rows[index]
+        ?? this.summary.appendChild(h("tr", {}, h("th", { scope: "row" }), ...[0, 1, 2].map(() => h("td", { class: "number" }))));
       const values = view.columns[line.column].subarray(Math.max(from, 0), to);
       let [least, most] = [Infinity, -Infinity];
       for (const value of values) {
@@ -235,12 +249,14 @@ class Plots {
 
   /** Lines that are seen, with their names. */
   #lines() {
-    return [...this.charts.values()].filter(({ wanted }) => wanted).flatMap(({ chart }) => chart.quantity.lines
-      .filter((_, index) => chart.shown[index])
-      .map((line) => {
-        const quantity = text(`plots.quantity_${chart.quantity.id}`);
-        return { line, name: line.joint < 0 ? text(`plots.line_${line.name}`) : `${line.name} ${quantity.toLowerCase()}` };
-      }));
+    return [...this.charts.values()].filter(({ wanted }) => wanted).flatMap(({ chart }) =>
+      chart.quantity.lines
+        .filter((_, index) => chart.shown[index])
+        .map((line) => {
+          const quantity = text(`plots.quantity_${chart.quantity.id}`);
+          return { line, name: line.joint < 0 ? text(`plots.line_${line.name}`) : `${line.name} ${quantity.toLowerCase()}` };
+        })
+    );
   }
 
   /** @param {number} seconds */

@@ -14,7 +14,9 @@ export const runPanel = {
   id: "run",
   mount(host, app) {
     const goals = goalsCard(app);
-    host.append(h("div", { class: "cards" }, goals.element, powerCard(app), goToCard(app), namedCard(app), speedCard(app), gripperCard(app)));
+    host.append(
+      h("div", { class: "cards" }, goals.element, powerCard(app), goToCard(app), namedCard(app), speedCard(app), gripperCard(app)),
+    );
     return { show: goals.show, hide: goals.hide };
   },
 };

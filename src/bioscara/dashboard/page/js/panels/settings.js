@@ -32,7 +32,8 @@ class Settings {
     /** @type {import("../settings/table.js").Edits} */
     this.edits = new Map();
     this.table = new ParameterTable(this.edits, () => this.#edited());
-    this.search = h("input", { type: "search", placeholder: text("settings.search"), "aria-label": text("settings.search"), on: { input: () => this.#filter() } });
+    this.search = h("input", { type: "search", placeholder: text("settings.search"), "aria-label": text("settings.search"),
+      on: { input: () => this.#filter() } });
     this.own = h("input", { type: "checkbox", on: { change: () => this.#filter() } });
     this.restart = h("p", { class: "notice warn", hidden: true, text: text("settings.restart") });
     this.why = h("p", { class: "dim", role: "status" });
@@ -41,14 +42,20 @@ class Settings {
     this.discard = button(text("settings.discard"), () => this.#discard());
     this.undo = button(text("settings.undo"), () => this.#undo());
     this.changes = h("section", { class: "card column", "aria-label": text("settings.changes"), hidden: true, tabindex: "-1" });
-    host.append(h("div", { class: "column settings" }, this.restart, this.why,
-      h("div", { class: "row" }, this.search, h("label", {}, this.own, text("settings.own")),
-        button(text("settings.download"), () => this.#download()),
-        copyButton(() => `print(robot.overlay().overlay)${this.draft ? `\nrobot.set_overlay(${pythonText(this.draft.overlay)}, ${this.draft.revision})` : ""}`)),
-      h("div", { class: "row" }, this.check, this.discard, this.undo), this.problem, this.changes, this.table.element));
+    host.append(
+      h("div", { class: "column settings" }, this.restart, this.why,
+        h("div", { class: "row" }, this.search, h("label", {}, this.own, text("settings.own")),
+          button(text("settings.download"), () => this.#download()), copyButton(() => this.#code())),
+        h("div", { class: "row" }, this.check, this.discard, this.undo), this.problem, this.changes, this.table.element),
+    );
     for (const topic of /** @type {const} */ (["lease", "link"])) app.arm.on(topic, () => this.#permit());
-    app.arm.on("reset", () => { this.former = []; if (this.visible) this.#load(); });
-    app.arm.on("event", () => { if (this.visible && app.arm.events.at(-1)?.what === "parameters") this.#load(); });
+    app.arm.on("reset", () => {
+      this.former = [];
+      if (this.visible) this.#load();
+    });
+    app.arm.on("event", () => {
+      if (this.visible && app.arm.events.at(-1)?.what === "parameters") this.#load();
+    });
     this.#permit();
     this.#edited();
   }
@@ -134,14 +141,15 @@ class Settings {
   /** @param {Draft} draft */
   #showDraft(draft) {
     const columns = ["name", "before", "after", "unit"];
-    const rows = draft.diff.map(({ name, before, after, unit }) => h("tr", {},
-      h("th", { scope: "row", text: name }),
-      h("td", {}, h("del", { text: shown(before) }), ` ${inWords(before, unit)}`),
-      h("td", {}, h("ins", { text: shown(after) }), ` ${inWords(after, unit)}`),
-      h("td", { text: unit })));
-    const content = rows.length === 0 ? h("p", { text: text("settings.no_change") })
+    const rows = draft.diff.map(({ name, before, after, unit }) =>
+      h("tr", {}, h("th", { scope: "row", text: name }), h("td", {}, h("del", { text: shown(before) }), ` ${inWords(before, unit)}`),
+        h("td", {}, h("ins", { text: shown(after) }), ` ${inWords(after, unit)}`), h("td", { text: unit }))
+    );
+    const content = rows.length === 0
+      ? h("p", { text: text("settings.no_change") })
       : h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": text("settings.changes") },
-        h("table", {}, h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`settings.col_${name}`) })))), h("tbody", {}, ...rows)));
+        h("table", {}, h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`settings.col_${name}`) })))),
+          h("tbody", {}, ...rows)));
     this.changes.replaceChildren(h("h2", { text: text("settings.changes") }), content,
       h("p", { class: "dim", text: text("settings.applies") }),
       h("div", { class: "row" }, button(text("settings.save"), () => this.#save(draft.overlay, draft.revision), { class: "primary" }),
@@ -178,7 +186,7 @@ class Settings {
     if (before === undefined || !this.given) return;
     const now = this.former.length;
     await this.#save(before, this.given.revision);
-    // What was undone is not undone by the next press; that goes further back.
+    // An undone change is not undone by the next press; that goes further back.
     if (this.former.length > now) this.former.pop();
     else this.former.push(before);
     this.#permit();
@@ -189,6 +197,11 @@ class Settings {
     this.#edited();
     this.table.fill(this.given?.rows ?? []);
     this.#filter();
+  }
+
+  #code() {
+    const change = this.draft ? `\nrobot.set_overlay(${pythonText(this.draft.overlay)}, ${this.draft.revision})` : "";
+    return `print(robot.overlay().overlay)${change}`;
   }
 
   #download() {

@@ -8,7 +8,7 @@ import { text } from "../texts.js";
 
 /** Height of a plot [px]. */
 const HEIGHT = 190;
-/** Dashes of the joints' lines, so that colour is not needed to tell them apart [px]. */
+/** Dashes of the joints' lines, so that they differ also without colour [px]. */
 const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 /** Share of its range by which an axis is longer than the values. */
 const MARGIN = 0.06;
@@ -24,7 +24,7 @@ const SYNC = "plots";
  * @typedef {Object} View
  * @property {Float64Array} times Times [s].
  * @property {Float32Array[]} columns Columns.
- * @property {number} from Begin of what is seen [s].
+ * @property {number} from Begin of the visible time [s].
  * @property {number} to End of it [s].
  * @property {number} zero Time that the axis shows as 0 [s].
  */
@@ -33,7 +33,7 @@ const SYNC = "plots";
 export class Chart {
   /**
    * @param {HTMLElement} host Where it is.
-   * @param {Quantity} quantity What it shows.
+   * @param {Quantity} quantity Its quantity.
    * @param {(from: number, to: number) => void} zoom Called when a part is chosen by dragging.
    */
   constructor(host, quantity, zoom) {
@@ -96,19 +96,27 @@ export class Chart {
     const style = getComputedStyle(document.documentElement);
     const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
     const units = [...new Set(this.quantity.lines.map((line) => line.unit))];
-    const axis = { stroke: colour("--text"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line") }, font: "12px sans-serif" };
+    const axis = { stroke: colour("--text"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line") },
+      font: "12px sans-serif" };
     /** @type {uPlot.Options} */
     const options = {
       width: Math.max(this.host.clientWidth, 100),
       height: HEIGHT,
       scales: {
         x: { time: false, auto: false, min: 0, max: 1 },
-        ...Object.fromEntries(units.map((unit) => [unit, { range: (plot, low, high) => this.#range(plot, unit, low, high) }])),
+        ...Object.fromEntries(units.map((unit) => [unit, { range: (_plot, low, high) => this.#range(unit, low, high) }])),
       },
       axes: [
-        { ...axis, size: 34, splits: (plot, index, from, to, step) => this.#ticks(from, to, step), values: (_, splits, index, space, step) => splits.map((at) => label(at - this.zero, step)) },
+        { ...axis, size: 34, splits: (_plot, _index, from, to, step) => this.#ticks(from, to, step),
+          values: (_plot, splits, _index, _space, step) => splits.map((at) => label(at - this.zero, step)) },
         ...units.map((unit, index) => /** @type {uPlot.Axis} */ ({
-          ...axis, scale: unit, side: index === 0 ? 3 : 1, size: 56, label: unit, labelSize: 16, labelFont: "12px sans-serif",
+          ...axis,
+          scale: unit,
+          side: index === 0 ? 3 : 1,
+          size: 56,
+          label: unit,
+          labelSize: 16,
+          labelFont: "12px sans-serif",
           grid: { ...axis.grid, show: index === 0 },
           filter: (_, splits) => (this.#has(unit) ? splits : splits.map(() => null)),
         })),
@@ -174,13 +182,12 @@ export class Chart {
   /**
    * Return the ends of a vertical axis: of the values that are seen, and of their limits if these are wanted.
    *
-   * @param {uPlot} plot
    * @param {string} unit
    * @param {number | null} low
    * @param {number | null} high
    * @returns {[number, number]}
    */
-  #range(plot, unit, low, high) {
+  #range(unit, low, high) {
     let [least, most] = low === null || high === null || Number.isNaN(low) ? [Infinity, -Infinity] : [low, high];
     if (this.limits) {
       this.quantity.lines.forEach((line, index) => {

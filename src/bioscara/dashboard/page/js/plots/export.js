@@ -1,4 +1,4 @@
-// What is seen in the plots, as a file.
+// The visible part of the plots, as a file.
 
 /** @import { Chart, View } from "./chart.js" */
 /** @import { Line } from "./quantities.js" */

@@ -1,4 +1,4 @@
-// What is plotted: the columns of a row, in the units that people read, and their limits.
+// The plotted quantities: the columns of a row, in the units that people read, and their limits.
 
 /** @import { Description, History, StateSample } from "../../messages.d.ts" */
 
@@ -29,7 +29,7 @@ const FLOOR_SHARE = 0.005;
  */
 
 /**
- * Return what can be plotted for an arm.
+ * Return the quantities of an arm that can be plotted.
  *
  * @param {Description} description The arm.
  * @returns {Quantity[]} The quantities; their columns are numbered through.
@@ -49,8 +49,13 @@ export function quantitiesOf(description) {
       const linear = joint.unit === "m";
       const factor = linear ? MM : DEGREE;
       return {
-        column: column++, name: joint.name, joint: index, factor, unit: (linear ? "mm" : "°") + suffix,
-        si: joint.unit + suffix, limits: limits(joint).map((limit) => limit / factor),
+        column: column++,
+        name: joint.name,
+        joint: index,
+        factor,
+        unit: (linear ? "mm" : "°") + suffix,
+        si: joint.unit + suffix,
+        limits: limits(joint).map((limit) => limit / factor),
       };
     }),
   });
@@ -62,7 +67,13 @@ export function quantitiesOf(description) {
     {
       id: "load",
       lines: joints.map((joint, index) => ({
-        column: column++, name: joint.name, joint: index, factor: 1, unit: "%", si: "%", limits: [100],
+        column: column++,
+        name: joint.name,
+        joint: index,
+        factor: 1,
+        unit: "%",
+        si: "%",
+        limits: [100],
       })),
     },
     {
@@ -78,7 +89,7 @@ export function quantitiesOf(description) {
 /**
  * Return the function that takes the columns from a sample.
  *
- * @param {Quantity[]} quantities What is plotted.
+ * @param {Quantity[]} quantities The plotted quantities.
  * @returns {(sample: StateSample, column: number) => number | null} The value in the unit that people read.
  */
 export function columnsOfSample(quantities) {
@@ -101,7 +112,7 @@ export function columnsOfSample(quantities) {
 /**
  * Return the function that takes the columns from an answer of `get_history`.
  *
- * @param {Quantity[]} quantities What is plotted.
+ * @param {Quantity[]} quantities The plotted quantities.
  * @param {History} history The answer.
  * @returns {(column: number, row: number) => number | null} The value in the unit that people read.
  */
@@ -111,7 +122,10 @@ export function columnsOfHistory(quantities, history) {
   for (const { id, lines } of quantities) {
     for (const { column, joint, factor, name } of lines) {
       const values = {
-        position: history.positions, velocity: history.velocities, error: history.errors, load: history.loads,
+        position: history.positions,
+        velocity: history.velocities,
+        error: history.errors,
+        load: history.loads,
         timing: null,
       }[id]?.[joint] ?? (name === "bus" ? history.bus_time : name === "late" ? history.late : []);
       columns[column] = { values, factor };

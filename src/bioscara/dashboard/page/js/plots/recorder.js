@@ -35,7 +35,7 @@ export class Recorder {
     this.problem = "";
   }
 
-  /** Begin, with what the owner has kept. */
+  /** Begin, with the history of the owner. */
   async start() {
     this.running = true;
     const { arm } = this.app;

@@ -7,7 +7,7 @@
 export class Ring {
   /**
    * @param {number} capacity Number of rows that are kept.
-   * @param {number} columns Number of columns beside the time.
+   * @param {number} columns Number of columns without that of the time.
    */
   constructor(capacity, columns) {
     this.capacity = capacity;

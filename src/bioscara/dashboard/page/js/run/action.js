@@ -6,7 +6,7 @@ import { refusal } from "../control/allowed.js";
 import { button, h } from "../dom.js";
 import { DEGREE, MM } from "../format.js";
 
-/** What an action needs of the arm. @typedef {{homed?: boolean, enabled?: boolean, idle?: boolean, extra?: () => string}} Needs */
+/** The state of the arm that an action requires. @typedef {{homed?: boolean, enabled?: boolean, idle?: boolean, extra?: () => string}} Needs */
 
 /**
  * Return a button for a command. It can be pressed at any time: where the arm does not allow it, it says why.
@@ -14,7 +14,7 @@ import { DEGREE, MM } from "../format.js";
  * @param {App} app The page.
  * @param {string} label Its text.
  * @param {() => Promise<unknown>} work Sends the command.
- * @param {Needs & {attributes?: Object<string, any>}} [needs] What has to hold; by default all.
+ * @param {Needs & {attributes?: Object<string, any>}} [needs] Its conditions; by default all.
  * @returns {HTMLButtonElement} The button.
  */
 export function action(app, label, work, { homed = true, enabled = true, idle = true, extra = () => "", attributes = {} } = {}) {
@@ -58,11 +58,15 @@ export function action(app, label, work, { homed = true, enabled = true, idle = 
 export function quantity(label, unit, { value, min, max, step = 0.1, id } = {}) {
   const factor = { "mm": MM, "°": DEGREE, "g": 1e-3, "%": 0.01, "s": 1 }[unit];
   const input = h("input", { type: "number", id, min, max, step: "any", value, inputmode: "decimal", "data-step": step });
-  const element = h("label", { class: "field" }, h("span", { class: "field-name", text: label }), input, h("span", { class: "dim", text: unit }));
+  const element = h("label", { class: "field" }, h("span", { class: "field-name", text: label }), input,
+    h("span", { class: "dim", text: unit }));
   return {
-    element, input,
+    element,
+    input,
     value: () => (input.value.trim() === "" ? NaN : Number(input.value) * factor),
-    set: (given) => { input.value = String(Number((given / factor).toFixed(2))); },
+    set: (given) => {
+      input.value = String(Number((given / factor).toFixed(2)));
+    },
   };
 }
 
@@ -70,7 +74,7 @@ export function quantity(label, unit, { value, min, max, step = 0.1, id } = {}) 
  * Return a part of a panel.
  *
  * @param {string} title Its title.
- * @param {...(Node | string)} children What is in it.
+ * @param {...(Node | string)} children Its children.
  */
 export function card(title, ...children) {
   return h("section", { class: "card column", "aria-label": title }, h("h2", { text: title }), ...children);

@@ -23,10 +23,13 @@ const BUILT_IN = "center";
 export function goToCard(app) {
   const { arm } = app;
   const fields = [
-    quantity("X", "mm", { id: "go-x" }), quantity("Y", "mm", { id: "go-y" }), quantity("Z", "mm", { id: "go-z" }), quantity(text("jog.axis.yaw"), "°", { id: "go-yaw" }),
+    quantity("X", "mm", { id: "go-x" }),
+    quantity("Y", "mm", { id: "go-y" }),
+    quantity("Z", "mm", { id: "go-z" }),
+    quantity(text("jog.axis.yaw"), "°", { id: "go-yaw" }),
   ];
-  const kind = h("select", { id: "go-kind" },
-    h("option", { value: "move_to", text: text("run.ptp") }), h("option", { value: "move_linear", text: text("run.lin") }));
+  const kind = h("select", { id: "go-kind" }, h("option", { value: "move_to", text: text("run.ptp") }),
+    h("option", { value: "move_linear", text: text("run.lin") }));
   const share = quantity(text("run.share"), "%", { value: 100, min: 0.1, max: 100, id: "go-share" });
   const here = button(text("run.here"), fill);
   let filled = false;
@@ -37,7 +40,7 @@ export function goToCard(app) {
     else if (!pose) app.say(text("refusal.not_homed"), "error");
     else fields.forEach((field, index) => field.set(pose[index]));
   }
-  // Once, so that no field is empty; and only what a person has not begun to write in.
+  // Once, so that no field is empty; and only fields in which no text was begun.
   const first = () => {
     if (filled || !arm.sample?.pose || !arm.fresh) return;
     filled = true;
@@ -73,7 +76,9 @@ export function namedCard(app) {
     const taught = arm.workspace?.table.poses ?? [];
     const chosen = names.value;
     names.replaceChildren(h("option", { value: BUILT_IN, text: BUILT_IN }),
-      ...taught.map(({ name, tool }) => h("option", { value: name, text: tool && tool !== arm.workspace?.tool.name ? `${name} (${tool})` : name })));
+      ...taught.map(({ name, tool }) =>
+        h("option", { value: name, text: tool && tool !== arm.workspace?.tool.name ? `${name} (${tool})` : name })
+      ));
     if (taught.some(({ name }) => name === chosen)) names.value = chosen;
   };
   arm.on("workspace", offer);
@@ -83,7 +88,8 @@ export function namedCard(app) {
   const unfold = action(app, text("run.unfold"), () => app.start({ kind: "unfold" }));
   return card(text("run.named"), h("div", { class: "row" }, h("label", { for: "named-pose", text: text("run.pose") }), names),
     buttons(app, motion, () => "", () => `robot.move_named(${pythonText(names.value)})`, text("run.named_pose")),
-    h("div", { class: "row" }, unfold, copyButton(() => "robot.unfold()"), h("span", { class: "dim small", text: text("run.unfold_means") })));
+    h("div", { class: "row" }, unfold, copyButton(() => "robot.unfold()"),
+      h("span", { class: "dim small", text: text("run.unfold_means") })));
 }
 
 /**
@@ -104,7 +110,9 @@ function buttons(app, motion, missing, code, title) {
     if (why) app.say(`${text("run.preview")}: ${why}`, "error");
     else app.attempt(preview);
   });
-  const execute = action(app, text("run.execute"), async () => { if (own?.execute) await own.execute(); });
+  const execute = action(app, text("run.execute"), async () => {
+    if (own?.execute) await own.execute();
+  });
   const go = action(app, text("run.go"), () => app.start(motion()), { extra: missing });
   execute.hidden = true;
   app.previewListeners.push(() => {
@@ -117,7 +125,10 @@ function buttons(app, motion, missing, code, title) {
     const last = made.trajectory.times.at(-1) ?? 0;
     own = {
       // At its end: where it begins, it is hidden by the arm.
-      title, trajectory: made.trajectory, plan: made.plan, time: last,
+      title,
+      trajectory: made.trajectory,
+      plan: made.plan,
+      time: last,
       execute: () => app.start({ kind: "execute", plan: made.plan }),
     };
     app.showPreview(own);

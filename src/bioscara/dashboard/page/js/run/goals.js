@@ -1,4 +1,4 @@
-// What the arm does: the goal that runs, pause and resume, and how the latest goals ended.
+// The goals of the arm: the one that runs, pause and resume, and how the latest goals ended.
 
 /** @import { App } from "../app.js" */
 /** @import { GoalValue } from "../../messages.d.ts" */
@@ -12,7 +12,7 @@ import { card } from "./action.js";
 
 /** Number of ended goals that are listed. */
 const LISTED = 8;
-/** Time between two looks at the progress [ms]. */
+/** Time between two requests for the progress [ms]. */
 const LOOK = 250;
 const ENDED = new Set(["succeeded", "cancelled", "failed"]);
 
@@ -54,7 +54,7 @@ export function goalsCard(app) {
   // Of an arm that does not answer it is not known that nothing runs.
   const known = () => setText(none, text(arm.link === "gone" ? "run.idle_unknown" : "run.idle"));
 
-  /** Ask for the progress of what runs: no event tells of it. */
+  /** Ask for the progress of the goal that runs: no event reports it. */
   function look() {
     for (const [number, { update: show }] of items) {
       app.ask({ kind: "get_goal", goal: number }).then((answer) => show(answer.goal), () => {});
@@ -65,12 +65,14 @@ export function goalsCard(app) {
   arm.on("link", known);
   update();
   const element = card(text("run.goals"),
-    h("div", { class: "row" }, pauseButtons(app),
-      h("span", { class: "dim small", text: text("run.stop_code") }), copyButton(() => "robot.stop()")),
-    none, running, latest, list);
+    h("div", { class: "row" }, pauseButtons(app), h("span", { class: "dim small", text: text("run.stop_code") }),
+      copyButton(() => "robot.stop()")), none, running, latest, list);
   return {
     element,
-    show: () => { clearInterval(timer); timer = setInterval(look, LOOK); },
+    show: () => {
+      clearInterval(timer);
+      timer = setInterval(look, LOOK);
+    },
     hide: () => clearInterval(timer),
   };
 }
@@ -83,8 +85,9 @@ function runningGoal(app, goal) {
   const id = `goal-${goal.goal}`;
   const bar = h("progress", { max: 1, "aria-labelledby": id });
   const words = h("span", { id });
-  const cancel = button(text("run.cancel"), () => app.attempt(() => app.request({ kind: "cancel", goal: goal.goal })),
-    { "aria-label": text("run.cancel_one", { name: goal.name }) });
+  const cancel = button(text("run.cancel"), () => app.attempt(() => app.request({ kind: "cancel", goal: goal.goal })), {
+    "aria-label": text("run.cancel_one", { name: goal.name }),
+  });
   return {
     item: h("li", { class: "row" }, words, bar, cancel, copyButton(() => "motion = robot.unfold(wait=False)\nmotion.cancel()")),
     /** @param {GoalValue} now */

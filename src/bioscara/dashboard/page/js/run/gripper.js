@@ -1,4 +1,4 @@
-// The gripper: width, opening and closing, and what it carries.
+// The gripper: width, opening and closing, and its load.
 
 /** @import { App } from "../app.js" */
 /** @import { Load } from "../../messages.d.ts" */
@@ -37,15 +37,16 @@ export function gripperCard(app) {
   const missing = () => (Number.isNaN(width.value()) ? text("run.fields") : "");
   const move = action(app, text("run.move"), () => app.start({ kind: "move_gripper", width: width.value() }), { ...NEEDS, extra: missing });
   return card(text("run.gripper"),
-    h("div", { class: "row" }, state, enable, disable, copyButton(() => (arm.sample?.width == null ? "robot.gripper.enable()" : "robot.gripper.disable()"))),
-    h("div", { class: "row" },
-      action(app, text("run.open"), () => app.start({ kind: "open_gripper" }), NEEDS), copyButton(() => "robot.gripper.open()"),
-      action(app, text("run.close"), () => app.start({ kind: "close_gripper" }), NEEDS), copyButton(() => "robot.gripper.close()")),
+    h("div", { class: "row" }, state, enable, disable,
+      copyButton(() => (arm.sample?.width == null ? "robot.gripper.enable()" : "robot.gripper.disable()"))),
+    h("div", { class: "row" }, action(app, text("run.open"), () => app.start({ kind: "open_gripper" }), NEEDS),
+      copyButton(() => "robot.gripper.open()"), action(app, text("run.close"), () => app.start({ kind: "close_gripper" }), NEEDS),
+      copyButton(() => "robot.gripper.close()")),
     h("div", { class: "row" }, width.element, move, copyButton(() => `robot.gripper.move(${pythonNumber(width.value() || 0, 4)})`)),
     carrying(app));
 }
 
-/** What the fields begin with: a microplate of ANSI SLAS 1 and 2, held across its short side [mm, g]. */
+/** First values of the fields: a microplate of ANSI SLAS 1 and 2, held across its short side [mm, g]. */
 const PLATE = { name: "plate", length: 127.8, width: 85.5, below: 10, above: 4.4, mass: 50 };
 
 /** @param {App} app */
@@ -53,8 +54,10 @@ function carrying(app) {
   const { arm } = app;
   const name = h("input", { type: "text", id: "load-name", value: PLATE.name, maxlength: 40, autocomplete: "off", spellcheck: "false" });
   const [length, across, below, above, mass] = [
-    quantity(text("run.load_length"), "mm", { value: PLATE.length, min: 0 }), quantity(text("run.load_width"), "mm", { value: PLATE.width, min: 0 }),
-    quantity(text("run.load_below"), "mm", { value: PLATE.below, min: 0 }), quantity(text("run.load_above"), "mm", { value: PLATE.above, min: 0 }),
+    quantity(text("run.load_length"), "mm", { value: PLATE.length, min: 0 }),
+    quantity(text("run.load_width"), "mm", { value: PLATE.width, min: 0 }),
+    quantity(text("run.load_below"), "mm", { value: PLATE.below, min: 0 }),
+    quantity(text("run.load_above"), "mm", { value: PLATE.above, min: 0 }),
     quantity(text("run.load_mass"), "g", { value: PLATE.mass, min: 0 }),
   ];
   const table = h("input", { type: "checkbox", id: "load-table", checked: true });
@@ -63,7 +66,9 @@ function carrying(app) {
   const missing = () => (fields.some((field) => Number.isNaN(field.value())) || !name.value ? text("run.fields") : "");
   /** @returns {Load} */
   const load = () => ({
-    name: name.value, mass: mass.value(), touches: touched() ? ["table"] : [],
+    name: name.value,
+    mass: mass.value(),
+    touches: touched() ? ["table"] : [],
     shape: { x: 0, y: 0, half_x: length.value() / 2, half_y: across.value() / 2, low: -below.value(), high: above.value() },
   });
   // A table that is not in the scene cannot be touched.
@@ -73,7 +78,8 @@ function carrying(app) {
     const lower = [-x, -y, -(below.value() || 0)].map((value) => pythonNumber(value)).join(", ");
     const upper = [x, y, above.value() || 0].map((value) => pythonNumber(value)).join(", ");
     const touches = touched() ? ', touches=("table",)' : "";
-    return `robot.gripper.grasp(Load(${pythonText(name.value)}, Prism.between((${lower}), (${upper})), mass=${pythonNumber(mass.value() || 0)}${touches}))`;
+    const kilograms = pythonNumber(mass.value() || 0);
+    return `robot.gripper.grasp(Load(${pythonText(name.value)}, Prism.between((${lower}), (${upper})), mass=${kilograms}${touches}))`;
   };
   const update = () => {
     const has = arm.workspace?.load;
@@ -84,7 +90,7 @@ function carrying(app) {
   const grasp = action(app, text("run.grasp"), () => app.start({ kind: "grasp", load: load() }), { ...NEEDS, extra: missing });
   const release = action(app, text("run.let_go"), () => app.start({ kind: "release" }), NEEDS);
   return h("details", { class: "column" }, h("summary", { text: text("run.load") }),
-    h("div", { class: "fields" }, h("label", { class: "field" }, h("span", { class: "field-name", text: text("run.load_name") }), name), ...fields.map(({ element }) => element)),
-    h("label", {}, table, text("run.load_table")),
+    h("div", { class: "fields" }, h("label", { class: "field" }, h("span", { class: "field-name", text: text("run.load_name") }), name),
+      ...fields.map(({ element }) => element)), h("label", {}, table, text("run.load_table")),
     h("div", { class: "row" }, carried, grasp, copyButton(code), release, copyButton(() => "robot.gripper.release()")));
 }

@@ -20,7 +20,8 @@ const CONFIRM = 6000;
 export function powerCard(app) {
   const { arm } = app;
   const state = h("span", { class: "badge", role: "status" });
-  const enable = action(app, text("run.enable"), () => app.start({ kind: "enable" }), { homed: false, enabled: false, attributes: { class: "primary" } });
+  const enable = action(app, text("run.enable"), () => app.start({ kind: "enable" }), { homed: false, enabled: false,
+    attributes: { class: "primary" } });
   const disable = confirmed(app, text("run.disable"), text("run.disable_means"), () => app.start({ kind: "disable" }));
   const update = () => {
     const enabled = arm.fresh ? arm.sample?.enabled : null;
@@ -32,8 +33,9 @@ export function powerCard(app) {
   arm.on("sample", update);
   arm.on("link", update);
   update();
-  return card(text("run.power"), h("div", { class: "row" }, state, enable, disable,
-    copyButton(() => (arm.sample?.enabled ? "robot.disable()" : "robot.enable()"))), homing(app));
+  return card(text("run.power"),
+    h("div", { class: "row" }, state, enable, disable, copyButton(() => (arm.sample?.enabled ? "robot.disable()" : "robot.enable()"))),
+    homing(app));
 }
 
 /** @param {App} app */
@@ -42,16 +44,19 @@ function homing(app) {
   const body = h("tbody");
   /** @type {{name: string, state: HTMLElement, value: HTMLElement}[]} */
   let rows = [];
-  const home = action(app, text("run.home_all"), () => app.start({ kind: "home" }), { homed: false, enabled: false, attributes: { class: "primary" } });
+  const home = action(app, text("run.home_all"), () => app.start({ kind: "home" }), { homed: false, enabled: false,
+    attributes: { class: "primary" } });
 
   /** @param {string} name */
   function rowOf(name) {
     const state = h("span", { class: "badge" });
     const value = h("td", { class: "number" });
-    const again = action(app, text("run.home"), () => app.start({ kind: "home", joints: [name] }),
-      { homed: false, enabled: false, attributes: { "aria-label": text("run.home_one", { name }) } });
-    body.append(h("tr", {}, h("th", { scope: "row", text: name.toUpperCase() }), h("td", {}, state), value,
-      h("td", {}, again, " ", copyButton(() => `robot.home([${pythonText(name)}])`))));
+    const again = action(app, text("run.home"), () => app.start({ kind: "home", joints: [name] }), { homed: false, enabled: false,
+      attributes: { "aria-label": text("run.home_one", { name }) } });
+    body.append(
+      h("tr", {}, h("th", { scope: "row", text: name.toUpperCase() }), h("td", {}, state), value,
+        h("td", {}, again, " ", copyButton(() => `robot.home([${pythonText(name)}])`))),
+    );
     return { name, state, value };
   }
 
@@ -82,11 +87,11 @@ function homing(app) {
 }
 
 /**
- * Return a button that acts at its second press, after it has said what it means.
+ * Return a button that acts at its second press, after it has shown its consequences.
  *
  * @param {App} app The page.
  * @param {string} label Its text.
- * @param {string} means What it means.
+ * @param {string} means Its consequences.
  * @param {() => Promise<unknown>} work Sends the command.
  * @returns {HTMLElement} The button, with its question.
  */
@@ -95,8 +100,10 @@ export function confirmed(app, label, means, work) {
   let timer;
   const question = h("p", { class: "confirm-text", text: means });
   const cancel = button(text("run.keep"), () => ask(false));
-  const sure = action(app, text("run.sure", { what: label }), () => { ask(false); return work(); },
-    { homed: false, enabled: false, idle: false, attributes: { class: "primary" } });
+  const sure = action(app, text("run.sure", { what: label }), () => {
+    ask(false);
+    return work();
+  }, { homed: false, enabled: false, idle: false, attributes: { class: "primary" } });
   const box = h("div", { class: "confirm column", role: "group", hidden: true }, question, h("div", { class: "row" }, sure, cancel));
   const first = action(app, label, async () => ask(true), { homed: false, enabled: false, idle: false });
   const whole = h("div", { class: "column" }, first, box);

@@ -50,8 +50,7 @@ export function speedCard(app) {
   update();
   return card(text("run.speed"),
     h("div", { class: "row" }, h("label", { for: "override", text: text("run.override") }), slider, shown,
-      copyButton(() => `robot.speed_override = ${pythonNumber(Number(slider.value) / 100, 2)}`)),
-    reduced(app));
+      copyButton(() => `robot.speed_override = ${pythonNumber(Number(slider.value) / 100, 2)}`)), reduced(app));
 }
 
 /** @param {App} app */

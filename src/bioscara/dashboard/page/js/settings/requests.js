@@ -11,7 +11,7 @@ import { get, judged, post } from "../http.js";
  * @property {unknown} default That of the existing arms.
  * @property {string} unit Its unit; empty without one.
  * @property {"default" | "overlay"} source Where its value is from.
- * @property {string} text What it means.
+ * @property {string} text Its meaning.
  * @property {string | null} fixed Why it cannot be changed; null if it can.
  *
  * @typedef {Object} Parameters
@@ -23,7 +23,7 @@ import { get, judged, post } from "../http.js";
  * @typedef {Object} Draft
  * @property {string} overlay Text of the new overlay.
  * @property {number} revision Number of the overlay that it replaces.
- * @property {{name: string, before: unknown, after: unknown, unit: string}[]} diff What it changes.
+ * @property {{name: string, before: unknown, after: unknown, unit: string}[]} diff Its changes.
  */
 
 /**

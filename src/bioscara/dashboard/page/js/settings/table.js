@@ -25,8 +25,8 @@ export class ParameterTable {
     const columns = ["name", "value", "unit", "source", "text"];
     this.element = h("div", {},
       h("div", { class: "scroll settings-table", tabindex: "0", role: "region", "aria-label": text("settings.table") },
-        h("table", {}, h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`settings.col_${name}`) })))), this.body)),
-      this.empty);
+        h("table", {}, h("thead", {}, h("tr", {}, ...columns.map((name) => h("th", { scope: "col", text: text(`settings.col_${name}`) })))),
+          this.body)), this.empty);
   }
 
   /**
@@ -60,19 +60,23 @@ export class ParameterTable {
   /** @param {ParameterRow} row */
   #row(row) {
     const field = h("input", {
-      type: "text", value: shown(this.edits.has(row.name) ? this.edits.get(row.name) ?? row.default : row.value),
-      "aria-label": `${row.name}${row.unit ? ` [${row.unit}]` : ""}`, autocomplete: "off", spellcheck: "false",
-      disabled: !this.editable || row.fixed !== null, on: { input: () => this.#edit(row, field, line) },
+      type: "text",
+      value: shown(this.edits.has(row.name) ? this.edits.get(row.name) ?? row.default : row.value),
+      "aria-label": `${row.name}${row.unit ? ` [${row.unit}]` : ""}`,
+      autocomplete: "off",
+      spellcheck: "false",
+      disabled: !this.editable || row.fixed !== null,
+      on: { input: () => this.#edit(row, field, line) },
     });
     const human = h("span", { class: "dim" });
     const reset = button(text("settings.reset"), () => this.#reset(row, field, line), {
-      class: "small", "aria-label": text("settings.reset_of", { name: row.name }), title: text("settings.reset_to", { value: shown(row.default) }),
+      class: "small",
+      "aria-label": text("settings.reset_of", { name: row.name }),
+      title: text("settings.reset_to", { value: shown(row.default) }),
     });
     const source = h("span", { class: `badge ${row.source === "overlay" ? "action" : ""}`, text: text(`settings.source_${row.source}`) });
-    const line = h("tr", {},
-      h("th", { scope: "row" }, ...breakable(row.name)),
-      h("td", {}, h("div", { class: "row" }, field, reset), human),
-      h("td", { text: row.unit }), h("td", {}, source),
+    const line = h("tr", {}, h("th", { scope: "row" }, ...breakable(row.name)),
+      h("td", {}, h("div", { class: "row" }, field, reset), human), h("td", { text: row.unit }), h("td", {}, source),
       h("td", { class: "dim", text: row.fixed === null ? row.text : text("settings.fixed", { text: row.text, reason: row.fixed }) }));
     this.#mark(row, field, line);
     return line;

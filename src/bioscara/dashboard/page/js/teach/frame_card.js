@@ -23,7 +23,8 @@ export function frameCard(app, table) {
   const { arm } = app;
   const tools = h("select", { id: "tool" });
   const mounted = h("span", { class: "dim", role: "status" });
-  const mount = action(app, text("teach.mount"), () => app.start({ kind: "set_tool", name: tools.value, revision: arm.workspace?.revision ?? null }), { enabled: false, homed: false });
+  const mount = action(app, text("teach.mount"),
+    () => app.start({ kind: "set_tool", name: tools.value, revision: arm.workspace?.revision ?? null }), { enabled: false, homed: false });
   const name = h("input", { type: "text", id: "frame-name", maxlength: "64", autocomplete: "off", spellcheck: "false" });
   const frames = h("ul", { class: "frames" });
   const none = h("p", { class: "dim", text: text("teach.no_frames") });
@@ -52,10 +53,11 @@ export function frameCard(app, table) {
     none.hidden = table.frames.length > 0;
     frames.replaceChildren(...table.frames.map((frame) => {
       const place = `${placeOf(frame.pose_frame_in_base)} ${degrees(frame.pose_frame_in_base[3])}`;
-      const remove = button(text("teach.delete"), () => app.attempt(async () => {
-        await table.deleteFrame(frame.name);
-        undo.say(text("teach.deleted", { name: frame.name }), () => table.saveFrame(frame));
-      }), { "aria-label": text("teach.delete_one", { name: frame.name }) });
+      const remove = button(text("teach.delete"), () =>
+        app.attempt(async () => {
+          await table.deleteFrame(frame.name);
+          undo.say(text("teach.deleted", { name: frame.name }), () => table.saveFrame(frame));
+        }), { "aria-label": text("teach.delete_one", { name: frame.name }) });
       return h("li", { class: "row" }, h("strong", { text: frame.name }), h("span", { class: "number", text: place }), remove,
         copyButton(() => `robot.frame(${pythonText(frame.name)})`));
     }));
@@ -63,9 +65,9 @@ export function frameCard(app, table) {
   for (const topic of /** @type {const} */ (["workspace", "reset"])) arm.on(topic, draw);
   draw();
   return card(text("teach.tools_frames"),
-    h("div", { class: "row" }, h("label", { for: "tool", text: text("teach.tool") }), tools, mount, copyButton(() => `robot.tool = ${pythonText(tools.value)}`), mounted),
-    h("p", { class: "dim small", text: text("teach.mount_means") }),
-    h("h3", { text: text("teach.frames") }), none, frames,
+    h("div", { class: "row" }, h("label", { for: "tool", text: text("teach.tool") }), tools, mount,
+      copyButton(() => `robot.tool = ${pythonText(tools.value)}`), mounted),
+    h("p", { class: "dim small", text: text("teach.mount_means") }), h("h3", { text: text("teach.frames") }), none, frames,
     h("div", { class: "row" }, h("label", { class: "grow" }, h("span", { text: text("teach.name") }), name), save,
       copyButton(() => `robot.table = robot.table.with_frame(Frame(${pythonText(name.value.trim() || "name")}, robot.pose))`)),
     pointFrame(app, () => name.value.trim(), keep), undo.element);

@@ -41,11 +41,18 @@ export function pointFrame(app, name, save) {
   function show() {
     const frame = found();
     shown.classList.toggle("danger", frame !== null && !frame.apart);
-    if (!frame) { setText(shown, ""); return; }
-    if (!frame.apart) { setText(shown, tooNear()); return; }
+    if (!frame) {
+      setText(shown, "");
+      return;
+    }
+    if (!frame.apart) {
+      setText(shown, tooNear());
+      return;
+    }
     const [, , , yaw] = frame.pose;
     const rise = Math.abs(frame.rise) < LEAST_RISE ? "" : text("teach.two_rise", { rise: number(frame.rise / MM, 1) });
-    setText(shown, [text("teach.two_found", { place: placeOf(frame.pose), yaw: degrees(yaw), distance: millimetres(frame.distance) }), rise].filter(Boolean).join(" "));
+    const said = text("teach.two_found", { place: placeOf(frame.pose), yaw: degrees(yaw), distance: millimetres(frame.distance) });
+    setText(shown, rise ? `${said} ${rise}` : said);
   }
 
   /**
@@ -55,14 +62,15 @@ export function pointFrame(app, name, save) {
    */
   function taken(which, label, python) {
     const place = h("span", { class: "number", text: text("teach.two_not_taken") });
-    const take = button(label, () => app.attempt(async () => {
-      const { sample, fresh } = app.arm;
-      if (!fresh) throw new ActionError(text("refusal.stale"));
-      if (!sample?.pose) throw new ActionError(text("refusal.not_homed"));
-      points[which] = sample.pose;
-      setText(place, placeOf(sample.pose));
-      show();
-    }));
+    const take = button(label, () =>
+      app.attempt(async () => {
+        const { sample, fresh } = app.arm;
+        if (!fresh) throw new ActionError(text("refusal.stale"));
+        if (!sample?.pose) throw new ActionError(text("refusal.not_homed"));
+        points[which] = sample.pose;
+        setText(place, placeOf(sample.pose));
+        show();
+      }));
     return h("div", { class: "row" }, take, copyButton(() => `${python} = robot.pose`), place);
   }
   const code = () => {
@@ -71,10 +79,9 @@ export function pointFrame(app, name, save) {
     const taking = origin && onX ? "" : "origin = robot.pose  # at the origin\non_x = robot.pose  # at a point of the x axis\n";
     return `${taking}robot.table = robot.table.with_frame(Frame.from_points(${pythonText(name() || "name")}, ${given.join(", ")}))`;
   };
-  return h("section", { class: "column", "aria-label": text("teach.two_points") },
-    h("h3", { text: text("teach.two_points") }), h("p", { class: "dim small", text: text("teach.two_means") }),
-    taken("origin", text("teach.take_origin"), "origin"), taken("onX", text("teach.take_x"), "on_x"),
-    shown, h("div", { class: "row" }, keep, copyButton(code)));
+  return h("section", { class: "column", "aria-label": text("teach.two_points") }, h("h3", { text: text("teach.two_points") }),
+    h("p", { class: "dim small", text: text("teach.two_means") }), taken("origin", text("teach.take_origin"), "origin"),
+    taken("onX", text("teach.take_x"), "on_x"), shown, h("div", { class: "row" }, keep, copyButton(code)));
 }
 
 /**

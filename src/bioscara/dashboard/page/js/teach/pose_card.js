@@ -41,7 +41,9 @@ export function poseCard(app, table, renamed, use) {
 
   function filter() {
     const wanted = search.value.trim().toLowerCase();
-    const found = wanted ? table.poses.filter((pose) => pose.name.toLowerCase().includes(wanted) || pose.tool?.toLowerCase() === wanted) : table.poses;
+    const found = wanted
+      ? table.poses.filter((pose) => pose.name.toLowerCase().includes(wanted) || pose.tool?.toLowerCase() === wanted)
+      : table.poses;
     list.set(found, arm.workspace?.tool.name ?? "");
     setText(count, text("teach.count", { found: found.length, all: table.poses.length }));
     update();
@@ -72,18 +74,23 @@ export function poseCard(app, table, renamed, use) {
     list.select(pose.name, true);
     undo.say(text("teach.saved", { name: pose.name }));
   }
-  const rename = button(text("teach.rename"), () => { const pose = chosen(); if (pose) askName(app, table, pose, renamed, undo); });
-  const remove = button(text("teach.delete"), () => app.attempt(async () => {
+  const rename = button(text("teach.rename"), () => {
     const pose = chosen();
-    if (!pose) return;
-    await table.deletePose(pose.name);
-    undo.say(text("teach.deleted", { name: pose.name }), () => table.savePose(pose));
-  }));
+    if (pose) askName(app, table, pose, renamed, undo);
+  });
+  const remove = button(text("teach.delete"), () =>
+    app.attempt(async () => {
+      const pose = chosen();
+      if (!pose) return;
+      await table.deletePose(pose.name);
+      undo.say(text("teach.deleted", { name: pose.name }), () => table.savePose(pose));
+    }));
   const title = h("strong", { class: "pose-title" });
-  buttons.append(title,
-    action(app, text("teach.go"), () => app.start({ kind: "move_named", name: list.chosen })),
-    button(text("teach.overwrite"), () => { name.value = list.chosen; save.click(); }),
-    rename, remove, button(text("teach.use"), () => use(list.chosen)), copyButton(() => code(chosen())));
+  buttons.append(title, action(app, text("teach.go"), () => app.start({ kind: "move_named", name: list.chosen })),
+    button(text("teach.overwrite"), () => {
+      name.value = list.chosen;
+      save.click();
+    }), rename, remove, button(text("teach.use"), () => use(list.chosen)), copyButton(() => code(chosen())));
   for (const topic of /** @type {const} */ (["workspace", "reset"])) arm.on(topic, filter);
   filter();
   return card(text("teach.poses"),
@@ -122,9 +129,10 @@ function rounded(value) {
 function confirmOverwrite(app, former, now, overwrite) {
   openDialog(app, text("teach.overwrite_title", { name: former.name }), (close) => [
     differences(app, former, now),
-    h("div", { class: "row" },
-      button(text("teach.overwrite"), () => { close(); app.attempt(overwrite); }, { class: "primary" }),
-      button(text("teach.keep"), close)),
+    h("div", { class: "row" }, button(text("teach.overwrite"), () => {
+      close();
+      app.attempt(overwrite);
+    }, { class: "primary" }), button(text("teach.keep"), close)),
   ]);
 }
 
@@ -148,7 +156,8 @@ function differences({ arm }, former, now) {
   }
   const tools = [former.tool ?? "", now.tool ?? ""];
   rows.push(line(text("teach.tool"), tools[0], tools[1], tools[0] === tools[1] ? "" : "≠"));
-  const head = h("tr", {}, ...["teach.value", "teach.before", "teach.after", "teach.change"].map((key) => h("th", { scope: "col", text: text(key) })));
+  const head = h("tr", {},
+    ...["teach.value", "teach.before", "teach.after", "teach.change"].map((key) => h("th", { scope: "col", text: text(key) })));
   return h("table", { class: "diff" }, h("thead", {}, head), h("tbody", {}, ...rows));
 }
 
@@ -188,7 +197,8 @@ function askName(app, table, pose, renamed, undo) {
   const name = h("input", { type: "text", value: pose.name, maxlength: "64", id: "rename-to", spellcheck: "false" });
   const close = openDialog(app, text("teach.rename_title", { name: pose.name }), (shut) => [
     h("form", { class: "column", on: { submit } }, h("label", { for: "rename-to", text: text("teach.name") }), name,
-      h("div", { class: "row" }, h("button", { type: "submit", class: "primary", text: text("teach.rename") }), button(text("teach.cancel"), shut))),
+      h("div", { class: "row" }, h("button", { type: "submit", class: "primary", text: text("teach.rename") }),
+        button(text("teach.cancel"), shut))),
   ]);
   name.select();
 
@@ -220,4 +230,3 @@ function saveCode(name) {
   const pose = `NamedPose(${pythonText(name || "name")}, Joints(*robot.state.positions), robot.pose, robot.tool.name)`;
   return `robot.table = robot.table.with_pose(${pose}, overwrite=True)`;
 }
-

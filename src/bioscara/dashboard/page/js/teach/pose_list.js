@@ -26,11 +26,15 @@ export class PoseList {
     this.poses = [];
     this.chosen = "";
     this.mounted = "";
-    this.id = `pose-list-${(counted += 1)}`;
+    counted += 1;
+    this.id = `pose-list-${counted}`;
     this.filler = h("div", { class: "pose-filler", role: "presentation" });
     this.rows = h("div", { class: "pose-rows", role: "presentation" });
     this.element = h("div", {
-      class: "pose-list", role: "listbox", tabindex: "0", "aria-label": label,
+      class: "pose-list",
+      role: "listbox",
+      tabindex: "0",
+      "aria-label": label,
       on: { scroll: () => this.#draw(), keydown: (/** @type {KeyboardEvent} */ event) => this.#key(event) },
     }, this.filler, this.rows);
     new ResizeObserver(() => this.#draw()).observe(this.element);
@@ -95,7 +99,10 @@ export class PoseList {
     while (this.rows.children.length > Math.max(0, last - first)) this.rows.lastChild?.remove();
     for (let index = first; index < last; index += 1) {
       let row = /** @type {HTMLElement | undefined} */ (this.rows.children[index - first]);
-      if (!row) this.rows.append(row = this.#row());
+      if (!row) {
+        row = this.#row();
+        this.rows.append(row);
+      }
       this.#fill(row, index);
     }
     const chosen = this.poses.findIndex(({ name }) => name === this.chosen);
@@ -105,8 +112,8 @@ export class PoseList {
   }
 
   #row() {
-    const row = h("div", { class: "pose-row", role: "option" },
-      h("span", { class: "pose-name" }), h("span", { class: "pose-place number" }), h("span", { class: "pose-tool dim" }));
+    const row = h("div", { class: "pose-row", role: "option" }, h("span", { class: "pose-name" }),
+      h("span", { class: "pose-place number" }), h("span", { class: "pose-tool dim" }));
     row.addEventListener("click", () => this.select(row.dataset.name ?? ""));
     return row;
   }

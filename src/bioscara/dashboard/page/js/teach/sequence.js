@@ -192,7 +192,7 @@ export class SequenceModel {
     this.#tell("marks");
   }
 
-  /** Forget what was said of the steps. */
+  /** Forget the messages about the steps. */
   unmark() {
     this.marks.clear();
     this.#tell("marks");

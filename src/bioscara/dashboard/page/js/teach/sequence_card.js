@@ -37,8 +37,8 @@ export function sequenceCard(app, model, table) {
   const notes = h("ul", { class: "plan-notes dim" });
   const undo = button(text("teach.undo"), () => model.undo());
   const editor = h("fieldset", { class: "editor column" }, h("legend", { class: "hidden-text", text: text("teach.sequence") }),
-    h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.title") }), title),
-    files(app, model), stepList(app, model), addStep(app, model, undo));
+    h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.title") }), title), files(app, model),
+    stepList(app, model), addStep(app, model, undo));
   const run = new SequenceRun(app, model, update);
   const runButtons = buttons(app, model, run, say);
 
@@ -94,7 +94,8 @@ function addStep(app, model, undo) {
  * @param {SequenceModel} model
  */
 function files(app, model) {
-  const input = h("input", { type: "file", accept: ".yaml,.yml", class: "hidden-text", tabindex: "-1", "aria-label": text("teach.load_file") });
+  const input = h("input", { type: "file", accept: ".yaml,.yml", class: "hidden-text", tabindex: "-1",
+    "aria-label": text("teach.load_file") });
   input.addEventListener("change", () => {
     const file = input.files?.[0];
     input.value = "";
@@ -108,12 +109,13 @@ function files(app, model) {
     app.say(text("teach.loaded", { name: file.name, count: model.steps.length }));
   }
   const name = () => (model.title || "sequence").replace(/[^\p{L}\p{N}_-]+/gu, "_");
-  const save = (/** @type {() => Promise<string>} */ content, /** @type {string} */ end) => app.attempt(async () => {
-    saveFile(name() + end, await content(), "text/plain");
-  });
+  const save = (/** @type {() => Promise<string>} */ content, /** @type {string} */ end) =>
+    app.attempt(async () => {
+      saveFile(name() + end, await content(), "text/plain");
+    });
   return h("div", { class: "row" }, input, button(text("teach.load_file"), () => input.click()),
-    button(text("teach.save_yaml"), () => save(() => model.yaml(), ".yaml")), button(text("teach.save_python"), () => save(() => model.python(), ".py")),
-    programButton(() => model.python()));
+    button(text("teach.save_yaml"), () => save(() => model.yaml(), ".yaml")),
+    button(text("teach.save_python"), () => save(() => model.python(), ".py")), programButton(() => model.python()));
 }
 
 /**
@@ -125,22 +127,23 @@ function files(app, model) {
 function buttons(app, model, run, say) {
   const none = () => (run.running ? text("teach.runs_already") : model.steps.length ? "" : text("teach.no_steps"));
   const chosen = () => none() || (model.chosen < 0 ? text("teach.choose_step") : "");
-  const dry = (/** @type {boolean} */ show) => app.attempt(async () => {
-    const why = none();
-    if (why) throw new ActionError(why);
-    const planned = await run.plan();
-    const refused = planned.verdicts.find(({ failure }) => failure);
-    say(planned, refused ? text("teach.dry_refused", { label: refused.label.split(" ")[0] }) : text("teach.dry_ok", { time: duration(planned.duration) }));
-    if (show) preview(app, model, planned);
-  });
-  const stop = h("div", { class: "row" },
-    pauseButtons(app, "run-pause"), button(text("teach.cancel_run"), () => app.attempt(() => run.cancel())));
-  const start = h("div", { class: "row" },
-    button(text("teach.dry_run"), () => dry(false)), button(text("teach.preview"), () => dry(true)),
+  const dry = (/** @type {boolean} */ show) =>
+    app.attempt(async () => {
+      const why = none();
+      if (why) throw new ActionError(why);
+      const planned = await run.plan();
+      const refused = planned.verdicts.find(({ failure }) => failure);
+      say(planned, refused
+        ? text("teach.dry_refused", { label: refused.label.split(" ")[0] })
+        : text("teach.dry_ok", { time: duration(planned.duration) }));
+      if (show) preview(app, model, planned);
+    });
+  const stop = h("div", { class: "row" }, pauseButtons(app, "run-pause"),
+    button(text("teach.cancel_run"), () => app.attempt(() => run.cancel())));
+  const start = h("div", { class: "row" }, button(text("teach.dry_run"), () => dry(false)), button(text("teach.preview"), () => dry(true)),
     action(app, text("teach.run_all"), () => run.start(), { extra: none, attributes: { class: "primary" } }),
     action(app, text("teach.run_step"), () => run.start(model.chosen, model.chosen + 1), { extra: chosen }),
-    action(app, text("teach.run_from"), () => run.start(model.chosen), { extra: chosen }),
-    programButton(() => model.python()));
+    action(app, text("teach.run_from"), () => run.start(model.chosen), { extra: chosen }), programButton(() => model.python()));
   const update = () => {
     setValues(start, { hidden: run.running });
     setValues(stop, { hidden: !run.running });
@@ -156,7 +159,12 @@ function buttons(app, model, run, say) {
 function preview(app, model, { trajectory, verdicts }) {
   if (!trajectory) return;
   app.showPreview({
-    title: model.title || text("teach.sequence"), trajectory, plan: null, execute: null, time: 0, source: "teach",
+    title: model.title || text("teach.sequence"),
+    trajectory,
+    plan: null,
+    execute: null,
+    time: 0,
+    source: "teach",
     notes: verdicts.flatMap(({ failure, notes }) => (failure ? [failure.text] : notes)),
   });
 }

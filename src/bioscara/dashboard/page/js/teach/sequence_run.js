@@ -47,8 +47,12 @@ export class SequenceRun {
     /** @type {() => void} */
     this.wake = () => {};
     const { arm } = app;
-    arm.on("event", () => { if (arm.events.at(-1)?.what === "stop") this.#end(text("teach.was_stopped")); });
-    arm.on("lease", () => { if (this.running && !arm.commands) this.#end(text("teach.lost_control")); });
+    arm.on("event", () => {
+      if (arm.events.at(-1)?.what === "stop") this.#end(text("teach.was_stopped"));
+    });
+    arm.on("lease", () => {
+      if (this.running && !arm.commands) this.#end(text("teach.lost_control"));
+    });
     arm.on("reset", () => this.#end(text("teach.owner_restarted")));
   }
 
@@ -139,9 +143,11 @@ export class SequenceRun {
     const { goal } = await this.app.start(task);
     this.goal = goal;
     this.changed();
-    // Without a connection nobody may ever say how it ended.
+    // Without a connection its end may never be reported.
     /** @type {Promise<null>} */
-    const broken = new Promise((resolve) => { this.wake = () => resolve(null); });
+    const broken = new Promise((resolve) => {
+      this.wake = () => resolve(null);
+    });
     const ended = await Promise.race([this.app.ended(goal), broken.then(() => this.#late(goal))]);
     this.goal = null;
     if (ended?.status === "succeeded" && !this.ending) return;
@@ -155,7 +161,9 @@ export class SequenceRun {
    * @returns {Promise<GoalValue | null>}
    */
   #late(goal) {
-    return Promise.race([this.app.ended(goal), new Promise((resolve) => { setTimeout(() => resolve(null), 2000); })]);
+    return Promise.race([this.app.ended(goal), new Promise((resolve) => {
+      setTimeout(() => resolve(null), 2000);
+    })]);
   }
 
   /** @param {number} seconds */
@@ -164,7 +172,9 @@ export class SequenceRun {
     let [left, before] = [1000 * seconds, performance.now()];
     this.changed();
     while (left > 0) {
-      await new Promise((resolve) => { setTimeout(resolve, Math.min(LOOK, left)); });
+      await new Promise((resolve) => {
+        setTimeout(resolve, Math.min(LOOK, left));
+      });
       this.#check();
       if (arm.faulty) throw new ActionError(text("refusal.fault"));
       const now = performance.now();

@@ -40,17 +40,22 @@ export function stepFields(app, model, index) {
 function partsOf(app, model, index, name, field) {
   const step = model.steps[index];
   switch (field.type) {
-    case "pose": return [place(app, model, index, name)];
-    case "positions": return jointFields(app, model, index);
-    case "load": return loadFields(model, index);
-    case "name": return name === "frame" ? frameField(app, model, index) : [nameField(model, index, name)];
-    default: return [numberField(model, index, name, field, step[name])];
+    case "pose":
+      return [place(app, model, index, name)];
+    case "positions":
+      return jointFields(app, model, index);
+    case "load":
+      return loadFields(model, index);
+    case "name":
+      return name === "frame" ? frameField(app, model, index) : [nameField(model, index, name)];
+    default:
+      return [numberField(model, index, name, field, step[name])];
   }
 }
 
 /** Unit that people read, for that of a value. @type {Record<string, "mm" | "°" | "g" | "s" | "%">} */
 const READ = { m: "mm", rad: "°", kg: "g", s: "s" };
-/** What a value is multiplied by to be read. */
+/** Factor from a value to its unit on the page. */
 const FACTORS = { "mm": 1e3, "°": 180 / Math.PI, "g": 1e3, "s": 1, "%": 100 };
 
 /**
@@ -62,7 +67,8 @@ const FACTORS = { "mm": 1e3, "°": 180 / Math.PI, "g": 1e3, "s": 1, "%": 100 };
  */
 function numberField(model, index, name, { unit = "", minimum, maximum, required, usual }, value) {
   const read = READ[unit] ?? "%";
-  const scaled = (/** @type {number | undefined} */ limit) => (limit === undefined ? undefined : Number((limit * FACTORS[read]).toFixed(3)));
+  /** @param {number | undefined} limit */
+  const scaled = (limit) => (limit === undefined ? undefined : Number((limit * FACTORS[read]).toFixed(3)));
   const made = quantity(text(`teach.${name}`), read, { min: scaled(minimum), max: scaled(maximum) });
   if (value ?? usual) made.set(value ?? usual ?? 0);
   else if (usual === 0) made.set(0);
@@ -101,7 +107,8 @@ function bound(model, index, field, value, values) {
  * @param {string} field
  */
 function nameField(model, index, field) {
-  const input = h("input", { type: "text", list: NAMES, value: model.steps[index][field] ?? "", maxlength: "64", spellcheck: "false", autocomplete: "off" });
+  const input = h("input", { type: "text", list: NAMES, value: model.steps[index][field] ?? "", maxlength: "64", spellcheck: "false",
+    autocomplete: "off" });
   input.addEventListener("change", () => model.edit(index, { [field]: input.value.trim() }));
   return h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.pose") }), input);
 }
@@ -113,8 +120,10 @@ function nameField(model, index, field) {
  */
 function jointFields(app, model, index) {
   const { positions } = model.steps[index];
-  const fields = app.arm.joints.map(({ name, unit }) => bound(model, index, quantity(name, unit === "m" ? "mm" : "°"), positions[name] ?? 0,
-    (value) => ({ positions: { ...model.steps[index].positions, [name]: value } })));
+  const fields = app.arm.joints.map(({ name, unit }) =>
+    bound(model, index, quantity(name, unit === "m" ? "mm" : "°"), positions[name] ?? 0,
+      (value) => ({ positions: { ...model.steps[index].positions, [name]: value } }))
+  );
   return [...fields, here(app, () => model.edit(index, { positions: jointsOf(app.arm) }, true))];
 }
 
@@ -128,7 +137,8 @@ function frameField(app, model, index) {
   if (!byNumbers(step.pose) && !byNumbers(step.via)) return [];
   const frames = (app.arm.workspace?.table.frames ?? []).map(({ name }) => name);
   if (step.frame && !frames.includes(step.frame)) frames.push(step.frame);
-  const frame = h("select", {}, h("option", { value: "", text: text("teach.base") }), ...frames.map((name) => h("option", { value: name, text: name })));
+  const frame = h("select", {}, h("option", { value: "", text: text("teach.base") }),
+    ...frames.map((name) => h("option", { value: name, text: name })));
   frame.value = step.frame ?? "";
   frame.addEventListener("change", () => model.edit(index, inFrame(app, model.steps[index], frame.value), true));
   return [h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.frame") }), frame)];
@@ -177,8 +187,10 @@ function place(app, model, index, field) {
  * @param {string} field
  */
 function axes(model, index, field) {
-  return ["x", "y", "z", "yaw"].map((axis) => bound(model, index, quantity(axis === "yaw" ? text("teach.yaw") : axis.toUpperCase(), axis === "yaw" ? "°" : "mm"),
-    model.steps[index][field][axis] ?? 0, (value) => ({ [field]: { ...model.steps[index][field], [axis]: value } })));
+  return ["x", "y", "z", "yaw"].map((axis) =>
+    bound(model, index, quantity(axis === "yaw" ? text("teach.yaw") : axis.toUpperCase(), axis === "yaw" ? "°" : "mm"),
+      model.steps[index][field][axis] ?? 0, (value) => ({ [field]: { ...model.steps[index][field], [axis]: value } }))
+  );
 }
 
 /**
@@ -207,10 +219,15 @@ function loadFields(model, index) {
     const { touches: _, ...rest } = box();
     model.edit(index, { load: names.length ? { ...rest, touches: names } : rest });
   });
-  const corners = ["lower", "upper"].map((corner) => h("fieldset", { class: "place" }, h("legend", { text: text(`teach.${corner}`) }),
-    ...["X", "Y", "Z"].map((axis, at) => bound(model, index, quantity(axis, "mm"), box()[corner][at], (value) => edit({ [corner]: box()[corner].with(at, value) })))));
+  const corners = ["lower", "upper"].map((corner) =>
+    h("fieldset", { class: "place" }, h("legend", { text: text(`teach.${corner}`) }), ...["X", "Y", "Z"].map((axis, at) =>
+      bound(model, index, quantity(axis, "mm"), box()[corner][at], (value) =>
+        edit({ [corner]: box()[corner].with(at, value) }))
+    ))
+  );
   return [
-    h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.load") }), name), ...corners,
+    h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.load") }), name),
+    ...corners,
     bound(model, index, quantity(text("teach.mass"), "g", { min: 0 }), box().mass ?? 0, (mass) => edit({ mass })),
     h("label", { class: "field" }, h("span", { class: "field-name", text: text("teach.touches") }), touches),
   ];
@@ -235,7 +252,8 @@ function placeHere({ arm }, frame) {
  * @param {string} frame
  */
 function inFrame({ arm }, step, frame) {
-  const find = (/** @type {string | undefined} */ wanted) => arm.workspace?.table.frames?.find(({ name }) => name === wanted)?.pose_frame_in_base;
+  const find = (/** @type {string | undefined} */ wanted) =>
+    arm.workspace?.table.frames?.find(({ name }) => name === wanted)?.pose_frame_in_base;
   /** @type {Object<string, any>} */
   const values = { frame: frame || undefined };
   for (const field of ["pose", "via"]) if (byNumbers(step[field])) values[field] = into(find(frame), outOf(find(step.frame), step[field]));

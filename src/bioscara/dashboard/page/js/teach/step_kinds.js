@@ -1,7 +1,7 @@
 // Generated from src/bioscara/robot/tasks by `make generate`: the kinds of steps and their fields.
 
 /**
- * A field of a step: type, unit, range, whether it has to be given, and what it is otherwise.
+ * A field of a step: type, unit, range, whether it has to be given, and its default.
  *
  * @typedef {Object} StepField
  * @property {"pose" | "positions" | "load" | "name" | "share" | "number"} type

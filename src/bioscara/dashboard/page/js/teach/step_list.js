@@ -34,15 +34,14 @@ export function stepList(app, model) {
   function item(index) {
     const is = index === model.chosen;
     const words = h("span", { class: "step-words", text: summary(model.steps[index]) });
-    const choose = h("button", { type: "button", class: "step-choose", "aria-expanded": String(is), "data-do": "choose", on: { click: () => model.choose(index) } },
-      h("span", { class: "step-number", text: `${index + 1}` }), words);
+    const choose = h("button", { type: "button", class: "step-choose", "aria-expanded": String(is), "data-do": "choose",
+      on: { click: () => model.choose(index) } }, h("span", { class: "step-number", text: `${index + 1}` }), words);
     const label = (/** @type {string} */ key) => text("teach.of_step", { what: text(key), number: index + 1 });
     const small = (/** @type {string} */ sign, /** @type {string} */ key, /** @type {() => void} */ press, off = false) =>
       button(sign, press, { class: "small", title: text(key), "aria-label": label(key), "data-do": key, disabled: off });
     const handle = h("span", { class: "handle", draggable: "true", "aria-hidden": "true", title: text("teach.drag"), text: "⠿" });
     const row = h("div", { class: "step-row" }, handle, choose, h("span", { class: "step-mark" }),
-      h("span", { class: "row step-buttons" },
-        small("↑", "teach.up", () => model.move(index, index - 1), index === 0),
+      h("span", { class: "row step-buttons" }, small("↑", "teach.up", () => model.move(index, index - 1), index === 0),
         small("↓", "teach.down", () => model.move(index, index + 1), index === model.steps.length - 1),
         small("❐", "teach.duplicate", () => model.duplicate(index)), small("✕", "teach.remove", () => model.remove(index)),
         programButton(() => model.python(index, index + 1))));
@@ -52,10 +51,22 @@ export function stepList(app, model) {
       event.dataTransfer?.setData("text/plain", String(index));
       event.dataTransfer?.setDragImage(row, 8, 8);
     });
-    made.addEventListener("dragover", (event) => { if (dragged >= 0) { event.preventDefault(); made.classList.add("over"); } });
+    made.addEventListener("dragover", (event) => {
+      if (dragged >= 0) {
+        event.preventDefault();
+        made.classList.add("over");
+      }
+    });
     made.addEventListener("dragleave", () => made.classList.remove("over"));
-    made.addEventListener("drop", (event) => { event.preventDefault(); if (dragged >= 0) model.move(dragged, index); dragged = -1; });
-    handle.addEventListener("dragend", () => { dragged = -1; for (const each of list.children) each.classList.remove("over"); });
+    made.addEventListener("drop", (event) => {
+      event.preventDefault();
+      if (dragged >= 0) model.move(dragged, index);
+      dragged = -1;
+    });
+    handle.addEventListener("dragend", () => {
+      dragged = -1;
+      for (const each of list.children) each.classList.remove("over");
+    });
     mark(made, index);
     return made;
   }

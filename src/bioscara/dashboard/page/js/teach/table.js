@@ -111,9 +111,15 @@ export class Table {
   #known(revision) {
     const { arm } = this.app;
     return new Promise((resolve) => {
-      const end = () => { forget(); clearTimeout(timer); resolve(undefined); };
+      const end = () => {
+        forget();
+        clearTimeout(timer);
+        resolve(undefined);
+      };
       const timer = setTimeout(end, KNOWN);
-      const forget = arm.on("workspace", () => { if (arm.workspace?.revision !== revision) end(); });
+      const forget = arm.on("workspace", () => {
+        if (arm.workspace?.revision !== revision) end();
+      });
       if (arm.workspace?.revision !== revision) end();
     });
   }

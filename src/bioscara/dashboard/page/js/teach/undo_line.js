@@ -1,4 +1,4 @@
-// A line that says what was done, with a button that undoes it.
+// A line that reports a change, with a button that undoes it.
 
 /** @import { App } from "../app.js" */
 
@@ -26,9 +26,9 @@ export function undoLine(app) {
   undo.hidden = true;
 
   /**
-   * Say what was done.
+   * Report a change.
    *
-   * @param {string} message What was done.
+   * @param {string} message The report.
    * @param {(() => Promise<unknown>) | null} [work] Undoes it; null if it cannot be undone.
    */
   function say(message, work = null) {

@@ -50,7 +50,10 @@ export class ClearanceReadout {
     this.revision = null;
     app.arm.on("workspace", () => this.#wait());
     app.arm.on("sample", () => this.#look());
-    app.arm.on("link", () => { if (!app.arm.fresh) this.#take(null); else this.due = true; });
+    app.arm.on("link", () => {
+      if (!app.arm.fresh) this.#take(null);
+      else this.due = true;
+    });
     this.#show();
   }
 
@@ -67,7 +70,10 @@ export class ClearanceReadout {
   #look() {
     const { sample } = this.app.arm;
     if (!sample) return;
-    if (sample.pose === null) { if (this.value) this.#take(null); return; }
+    if (sample.pose === null) {
+      if (this.value) this.#take(null);
+      return;
+    }
     const moved = sample.positions.some((position, joint) => Math.abs(position - (this.asked[joint] ?? Infinity)) > MOVED);
     if (moved || this.due) this.#ask();
   }
@@ -113,7 +119,9 @@ export class ClearanceReadout {
     if (element.dataset.level !== level) element.className = `badge view-clearance ${kind}`;
     element.dataset.level = level;
     setText(element, distance === null ? text("view.clearance_none") : text(`view.clearance_${level}`, {
-      distance: millimetres(distance), link, other,
+      distance: millimetres(distance),
+      link,
+      other,
     }));
   }
 }

@@ -20,7 +20,8 @@ export class JointRanges {
     this.rows = ranges.map((range) => {
       const { name, unit, lower, upper } = range;
       const factor = unit === "m" ? MM : DEGREE;
-      const bounds = { min: (lower / factor).toFixed(1), max: (upper / factor).toFixed(1), "aria-label": text("viewer.joint", { name, unit: unit === "m" ? "mm" : "°" }) };
+      const bounds = { min: (lower / factor).toFixed(1), max: (upper / factor).toFixed(1),
+        "aria-label": text("viewer.joint", { name, unit: unit === "m" ? "mm" : "°" }) };
       const control = move ? h("input", { type: "range", step: 0.1, ...bounds }) : h("meter", bounds);
       if (control instanceof HTMLInputElement) {
         // The ends of a slider are rounded.
@@ -28,7 +29,8 @@ export class JointRanges {
       }
       const value = h("span", { class: "number" });
       const words = h("span", { class: "range dim" });
-      return { range, factor, control, value, words, element: h("div", { class: "viewed-joint" }, h("span", { text: name }), value, control, words) };
+      return { range, factor, control, value, words,
+        element: h("div", { class: "viewed-joint" }, h("span", { text: name }), value, control, words) };
     });
     this.elements = this.rows.map(({ element }) => element);
   }
@@ -45,7 +47,8 @@ export class JointRanges {
       setText(value, shown);
       if (document.activeElement !== control) control.value = /** @type {any} */ (String(at / factor));
       control.setAttribute("aria-valuetext", shown);
-      setText(words, text(`viewer.${level}`, { lower: position(lower, unit), upper: position(upper, unit), room: position(Math.max(room, 0), unit) }));
+      setText(words,
+        text(`viewer.${level}`, { lower: position(lower, unit), upper: position(upper, unit), room: position(Math.max(room, 0), unit) }));
     }
   }
 }

@@ -119,7 +119,11 @@ export function compose([x, y, z, yaw], [dx, dy, dz, turn]) {
 /** Return the placement that moves nothing. */
 export function identity() {
   const placement = new Float64Array(16);
-  placement[0] = placement[5] = placement[10] = placement[15] = 1;
+  placement[0] =
+    placement[5] =
+    placement[10] =
+    placement[15] =
+      1;
   return placement;
 }
 
@@ -142,10 +146,22 @@ export function upright([x, y, z, yaw]) {
 export function placed([x, y, z, roll, pitch, yaw]) {
   const [cr, sr, cp, sp, cy, sy] = [roll, pitch, yaw].flatMap((angle) => [Math.cos(angle), Math.sin(angle)]);
   return new Float64Array([
-    cy * cp, sy * cp, -sp, 0,
-    cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr, 0,
-    cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr, 0,
-    x, y, z, 1,
+    cy * cp,
+    sy * cp,
+    -sp,
+    0,
+    cy * sp * sr - sy * cr,
+    sy * sp * sr + cy * cr,
+    cp * sr,
+    0,
+    cy * sp * cr + sy * sr,
+    sy * sp * cr - cy * sr,
+    cp * cr,
+    0,
+    x,
+    y,
+    z,
+    1,
   ]);
 }
 
@@ -157,8 +173,7 @@ export function placed([x, y, z, roll, pitch, yaw]) {
 function multiply(a, b, into) {
   for (let column = 0; column < 16; column += 4) {
     for (let row = 0; row < 4; row += 1) {
-      into[column + row] =
-        a[row] * b[column] + a[4 + row] * b[column + 1] + a[8 + row] * b[column + 2] + a[12 + row] * b[column + 3];
+      into[column + row] = a[row] * b[column] + a[4 + row] * b[column + 1] + a[8 + row] * b[column + 2] + a[12 + row] * b[column + 3];
     }
   }
 }
@@ -170,7 +185,11 @@ function multiply(a, b, into) {
  */
 function move({ type, axis: [x, y, z] }, position, into) {
   into.fill(0);
-  into[0] = into[5] = into[10] = into[15] = 1;
+  into[0] =
+    into[5] =
+    into[10] =
+    into[15] =
+      1;
   if (type === "prismatic") {
     into[12] = x * position;
     into[13] = y * position;

@@ -1,10 +1,24 @@
-// Colours of what is drawn, from the tokens of the page: they differ between light and dark.
+// Colours of the drawing, from the tokens of the page: they differ between light and dark.
 
-/** Colours by what they are for; `var(--...)` of base.css and view.css. */
+/** Colours by their purpose; `var(--...)` of base.css and view.css. */
 const TOKENS = {
-  back: "--view-back", grid: "--view-grid", stale: "--view-stale", commanded: "--view-commanded", plan: "--view-plan",
-  trace: "--view-trace", keepOut: "--view-keep-out", keepIn: "--view-keep-in", table: "--view-table", load: "--view-load",
-  nearest: "--danger", near: "--warn", clear: "--good", target: "--view-target", x: "--view-x", y: "--view-y", z: "--view-z",
+  back: "--view-back",
+  grid: "--view-grid",
+  stale: "--view-stale",
+  commanded: "--view-commanded",
+  plan: "--view-plan",
+  trace: "--view-trace",
+  keepOut: "--view-keep-out",
+  keepIn: "--view-keep-in",
+  table: "--view-table",
+  load: "--view-load",
+  nearest: "--danger",
+  near: "--warn",
+  clear: "--good",
+  target: "--view-target",
+  x: "--view-x",
+  y: "--view-y",
+  z: "--view-z",
 };
 
 /** @typedef {Record<keyof typeof TOKENS, string>} Palette */

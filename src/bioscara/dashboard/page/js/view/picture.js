@@ -1,4 +1,4 @@
-// What the view shows, as values: drawn in 3D, or flat where there is no WebGL.
+// The content of the view, as values: drawn in 3D, or flat where there is no WebGL.
 
 /** @import { Pose, WorkspaceState } from "../../messages.d.ts" */
 /** @import { App, Preview } from "../app.js" */
@@ -14,12 +14,12 @@ const MOVED = 3e-5;
 const ELSEWHERE = { rad: 0.01, m: 1e-3 };
 
 /**
- * What can be shown or hidden.
+ * Layers that can be shown or hidden.
  *
  * @typedef {"frames" | "zones" | "margins" | "trace" | "labels"} Layer
  */
 
-/** What is drawn. */
+/** The values of the drawing. */
 export class Picture {
   /**
    * @param {App} app The page.
@@ -48,7 +48,7 @@ export class Picture {
     this.target = null;
     /** @type {Clearance | null} */
     this.clearance = null;
-    /** Names of what a refused plan would touch. @type {string[]} */
+    /** Names of the bodies that a refused plan would touch. @type {string[]} */
     this.collision = [];
     /** @type {Set<Layer>} */
     this.layers = new Set(["frames", "zones", "trace", "labels"]);
@@ -71,7 +71,7 @@ export class Picture {
   /**
    * Take the newest sample.
    *
-   * @returns {boolean} Whether what is drawn has changed.
+   * @returns {boolean} Whether the drawing has changed.
    */
   take() {
     const { sample, fresh } = this.app.arm;

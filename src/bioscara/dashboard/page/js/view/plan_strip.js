@@ -26,19 +26,25 @@ export class PlanStrip {
     this.playing = false;
     this.title = h("strong", { class: "plan-title" });
     this.play = button(text("view.play"), () => (this.playing ? this.#pause() : this.#begin()), { class: "plan-play" });
-    this.rate = h("select", { "aria-label": text("view.rate") }, ...RATES.map((rate) =>
-      h("option", { value: rate, text: text("view.rate_of", { rate }), selected: rate === 1 })));
+    this.rate = h("select", { "aria-label": text("view.rate") },
+      ...RATES.map((rate) => h("option", { value: rate, text: text("view.rate_of", { rate }), selected: rate === 1 })));
     this.slider = h("input", { type: "range", min: 0, step: STEP, "aria-label": text("view.plan_time") });
-    this.slider.addEventListener("input", () => { this.#pause(); this.app.seekPreview(this.slider.valueAsNumber); });
+    this.slider.addEventListener("input", () => {
+      this.#pause();
+      this.app.seekPreview(this.slider.valueAsNumber);
+    });
     this.time = h("span", { class: "number plan-clock" });
-    this.execute = button(text("view.execute"), () => this.#execute(), { class: "primary plan-execute", "aria-describedby": "plan-status" });
+    this.execute = button(text("view.execute"), () => this.#execute(), { class: "primary plan-execute",
+      "aria-describedby": "plan-status" });
     this.discard = button(text("view.discard"), () => this.app.showPreview(null));
     this.status = h("p", { id: "plan-status", class: "plan-status", role: "status" });
     this.notes = h("ul", { class: "plan-notes dim" });
     this.element = h(
-      "section", { class: "view-plan card", "aria-label": text("view.plan"), hidden: true },
+      "section",
+      { class: "view-plan card", "aria-label": text("view.plan"), hidden: true },
       h("div", { class: "plan-row" }, this.title, this.play, this.rate, this.slider, this.time, this.execute, this.discard),
-      this.status, this.notes,
+      this.status,
+      this.notes,
     );
     app.previewListeners.push(() => this.#take());
     for (const topic of /** @type {const} */ (["sample", "link", "lease", "workspace", "description", "reset"])) {

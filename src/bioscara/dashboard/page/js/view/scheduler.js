@@ -12,7 +12,7 @@ const IN_A_ROW = 8;
 /** Draws on request. */
 export class Scheduler {
   /**
-   * @param {HTMLElement} element What is drawn; nothing is while it cannot be seen.
+   * @param {HTMLElement} element The drawn element; nothing is drawn while it cannot be seen.
    * @param {() => void} draw Draws it.
    */
   constructor(element, draw) {
@@ -61,7 +61,7 @@ export class Scheduler {
     if (!this.wanted || this.waiting || !this.seen) return;
     this.waiting = true;
     const rest = this.last + this.#period - performance.now();
-    // Waiting by a timer leaves the frames between to what is pressed.
+    // Waiting by a timer leaves the frames between to input events.
     if (rest > 8) setTimeout(() => requestAnimationFrame(() => this.#frame()), rest - 8);
     else requestAnimationFrame(() => this.#frame());
   }

@@ -18,9 +18,14 @@ export function shapeOf(value) {
   }
   const { lower, upper, yaw = 0 } = value.zone;
   return {
-    x: (lower[0] + upper[0]) / 2, y: (lower[1] + upper[1]) / 2,
-    half_x: (upper[0] - lower[0]) / 2, half_y: (upper[1] - lower[1]) / 2,
-    low: lower[2], high: upper[2], radius: 0, yaw,
+    x: (lower[0] + upper[0]) / 2,
+    y: (lower[1] + upper[1]) / 2,
+    half_x: (upper[0] - lower[0]) / 2,
+    half_y: (upper[1] - lower[1]) / 2,
+    low: lower[2],
+    high: upper[2],
+    radius: 0,
+    yaw,
   };
 }
 
@@ -39,7 +44,8 @@ export function grown(shape, margin) {
     half_x: grows ? shape.half_x : Math.max(shape.half_x + margin, 0),
     half_y: grows ? shape.half_y : Math.max(shape.half_y + margin, 0),
     radius: grows ? radius + margin : 0,
-    low: shape.low - margin, high: shape.high + margin,
+    low: shape.low - margin,
+    high: shape.high + margin,
   };
 }
 

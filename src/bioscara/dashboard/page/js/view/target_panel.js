@@ -11,10 +11,12 @@ import { text } from "../texts.js";
 /** Steps that can be chosen, in mm or degrees. */
 const STEPS = [0.1, 1, 10, 50];
 
-/** What is set, by its place in the pose, and the unit that people read. */
+/** Fields by their place in the pose, and the unit that people read. */
 const AXES = [
-  { name: "x", unit: MM, sign: "mm" }, { name: "y", unit: MM, sign: "mm" },
-  { name: "z", unit: MM, sign: "mm" }, { name: "yaw", unit: DEGREE, sign: "°" },
+  { name: "x", unit: MM, sign: "mm" },
+  { name: "y", unit: MM, sign: "mm" },
+  { name: "z", unit: MM, sign: "mm" },
+  { name: "yaw", unit: DEGREE, sign: "°" },
 ];
 
 /** The fields. */
@@ -28,10 +30,12 @@ export class TargetPanel {
     this.refusal = h("p", { class: "target-refusal card", role: "alert", hidden: true });
     this.planButton = button(text("view.make_plan"), () => target.plan(), { class: "primary" });
     this.element = h(
-      "section", { class: "view-target card column", "aria-label": text("view.target_title"), hidden: true },
+      "section",
+      { class: "view-target card column", "aria-label": text("view.target_title"), hidden: true },
       ...AXES.map((_, axis) => this.#row(axis)),
       h("div", { class: "row" }, this.#steps(), button(text("view.to_tool"), () => target.toTool())),
-      this.#kinds(), this.#speed(),
+      this.#kinds(),
+      this.#speed(),
       h("div", { class: "row" }, this.planButton, copyButton(() => target.python)),
     );
     target.listeners.push(() => this.#update());
@@ -47,7 +51,8 @@ export class TargetPanel {
     this.inputs.push(input);
     const press = (/** @type {number} */ direction) => () => this.#nudge(axis, direction);
     return h(
-      "div", { class: "target-row" },
+      "div",
+      { class: "target-row" },
       h("span", { text: label, "aria-hidden": "true" }),
       button("−", press(-1), { "aria-label": text("view.less", { name: label }) }),
       input,
@@ -57,9 +62,11 @@ export class TargetPanel {
   }
 
   #steps() {
-    const select = h("select", { "aria-label": text("view.step") }, ...STEPS.map((step) =>
-      h("option", { value: step, text: text("view.step_of", { step }), selected: step === this.step })));
-    select.addEventListener("change", () => { this.step = Number(select.value); });
+    const select = h("select", { "aria-label": text("view.step") },
+      ...STEPS.map((step) => h("option", { value: step, text: text("view.step_of", { step }), selected: step === this.step })));
+    select.addEventListener("change", () => {
+      this.step = Number(select.value);
+    });
     return select;
   }
 

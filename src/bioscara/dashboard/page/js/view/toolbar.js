@@ -1,4 +1,4 @@
-// Buttons of the view: where the camera looks from, what is shown, the target.
+// Buttons of the view: position of the camera, layers, target.
 
 /** @import { Layer } from "./picture.js" */
 
@@ -16,7 +16,7 @@ const STEPS = /** @type {const} */ ({
 const LAYERS = ["frames", "zones", "margins", "trace", "labels"];
 
 /**
- * What the buttons do.
+ * Actions of the buttons.
  *
  * @typedef {Object} ViewCommands
  * @property {(preset: typeof PRESETS[number]) => void} look Moves the camera.
@@ -28,26 +28,41 @@ const LAYERS = ["frames", "zones", "margins", "trace", "labels"];
 /**
  * Build the buttons.
  *
- * @param {ViewCommands} commands What they do.
- * @param {Set<Layer>} layers What is shown at first.
+ * @param {ViewCommands} commands Their actions.
+ * @param {Set<Layer>} layers Those shown at first.
  * @param {boolean} solid Whether there is a camera, which the flat view has not.
  * @returns {{element: HTMLElement, target: HTMLButtonElement}} The buttons, and that of the target.
  */
 export function buildToolbar(commands, layers, solid) {
   const target = button(text("view.target"), () => commands.target(target.getAttribute("aria-pressed") !== "true"), {
-    "aria-pressed": "false", class: "view-target-toggle",
+    "aria-pressed": "false",
+    class: "view-target-toggle",
   });
   const element = h(
-    "div", { class: "view-toolbar", role: "toolbar", "aria-label": text("view.toolbar") },
-    ...(solid ? PRESETS.map((preset) => button(text(`view.look_${preset}`), () => commands.look(preset), {
-      "aria-label": text("view.look", { preset: text(`view.look_${preset}`) }),
-    })) : []),
-    ...(solid ? [menu("view.camera", "view-camera", Object.entries(STEPS).map(([row, steps]) => h(
-      "div", { class: "view-camera-row" }, h("span", { class: "dim", text: text(`view.camera_${row}`), "aria-hidden": "true" }),
-      ...Object.entries(steps).map(([step, sign]) => button(sign, () => commands.step(step), {
-        "aria-label": text(`view.step_${step}`), title: text(`view.step_${step}`),
-      })),
-    )))] : []),
+    "div",
+    { class: "view-toolbar", role: "toolbar", "aria-label": text("view.toolbar") },
+    ...(solid
+      ? PRESETS.map((preset) =>
+        button(text(`view.look_${preset}`), () => commands.look(preset), {
+          "aria-label": text("view.look", { preset: text(`view.look_${preset}`) }),
+        })
+      )
+      : []),
+    ...(solid
+      ? [menu("view.camera", "view-camera", Object.entries(STEPS).map(([row, steps]) =>
+        h(
+          "div",
+          { class: "view-camera-row" },
+          h("span", { class: "dim", text: text(`view.camera_${row}`), "aria-hidden": "true" }),
+          ...Object.entries(steps).map(([step, sign]) =>
+            button(sign, () => commands.step(step), {
+              "aria-label": text(`view.step_${step}`),
+              title: text(`view.step_${step}`),
+            })
+          ),
+        )
+      ))]
+      : []),
     menu("view.layers", "view-layers", LAYERS.map((layer) => {
       const input = h("input", { type: "checkbox", checked: layers.has(layer) });
       input.addEventListener("change", () => commands.layer(layer, input.checked));

@@ -19,13 +19,19 @@ import { Target } from "./target.js";
 import { TargetPanel } from "./target_panel.js";
 import { buildToolbar } from "./toolbar.js";
 
-/** Time between two looks at the age of values that are not live, and between two texts for screen readers [ms]. */
+/** Time between two checks of the age of values that are not live, and between two texts for screen readers [ms]. */
 const AGE = 250;
 const SAID = 1000;
 
 /** Keys of the picture. @type {Record<string, Parameters<import("./solid/solid_view.js").SolidView["step"]>[0]>} */
 const KEYS = {
-  ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", ArrowDown: "down", "+": "in", "=": "in", "-": "out",
+  ArrowLeft: "left",
+  ArrowRight: "right",
+  ArrowUp: "up",
+  ArrowDown: "down",
+  "+": "in",
+  "=": "in",
+  "-": "out",
 };
 const SHIFTED = { ArrowLeft: "pan-left", ArrowRight: "pan-right", ArrowUp: "pan-up", ArrowDown: "pan-down" };
 
@@ -66,7 +72,7 @@ export function buildView(app, { target = true, trace = true } = {}) {
 }
 
 /**
- * Where the picture is drawn, and what it calls.
+ * The place of the picture, and its callbacks.
  *
  * @typedef {import("./solid/solid_view.js").SolidView | FlatView} Drawing
  *
@@ -85,7 +91,9 @@ async function makeBackend(kinematics) {
   /** @type {Backend["calls"]} */
   const calls = { changed: () => {}, drag: () => {}, busy: () => {} };
   const through = {
-    changed: () => calls.changed(), drag: (/** @type {Pose} */ pose) => calls.drag(pose), busy: (/** @type {boolean} */ is) => calls.busy(is),
+    changed: () => calls.changed(),
+    drag: (/** @type {Pose} */ pose) => calls.drag(pose),
+    busy: (/** @type {boolean} */ is) => calls.busy(is),
   };
   if (hasWebGl()) {
     const [meshes, { SolidView }] = await Promise.all([fetchMeshes(kinematics.model), import("./solid/solid_view.js")]);
@@ -129,8 +137,14 @@ class View {
     });
     this.said = -Infinity;
     this.toolbar = buildToolbar({
-      look: (preset) => { this.drawing.look(preset); this.scheduler.request(); },
-      step: (step) => { this.drawing.step(step); this.scheduler.request(); },
+      look: (preset) => {
+        this.drawing.look(preset);
+        this.scheduler.request();
+      },
+      step: (step) => {
+        this.drawing.step(step);
+        this.scheduler.request();
+      },
       layer: (layer, shown) => this.#layer(layer, shown),
       target: (shown) => this.target.show(shown),
     }, this.picture.layers, this.solid);
@@ -143,7 +157,9 @@ class View {
     strip.before(this.panel.refusal);
     calls.changed = () => this.scheduler.request();
     calls.drag = (pose) => this.target.set(pose);
-    calls.busy = (turning) => { this.scheduler.turning = turning; };
+    calls.busy = (turning) => {
+      this.scheduler.turning = turning;
+    };
     this.scheduler.becameSlow = () => this.#reduce();
     this.#listen();
     // For tests and for the curious.
@@ -162,7 +178,8 @@ class View {
     host.append(
       this.toolbar.element,
       h("div", { class: "view-middle" }, h("div", { class: "view-picture" }, canvas, this.banner), this.panel.element),
-      h("div", { class: "view-status row" }, this.pose, this.clearance.element, this.note), this.alternative,
+      h("div", { class: "view-status row" }, this.pose, this.clearance.element, this.note),
+      this.alternative,
     );
   }
 
@@ -171,12 +188,23 @@ class View {
     arm.on("sample", () => this.#sample());
     arm.on("link", () => this.#sample());
     arm.on("description", () => this.scheduler.request());
-    arm.on("workspace", () => { this.picture.preview = null; this.#preview(); });
-    arm.on("reset", () => { this.picture.trace.clear(); this.scheduler.request(); });
+    arm.on("workspace", () => {
+      this.picture.preview = null;
+      this.#preview();
+    });
+    arm.on("reset", () => {
+      this.picture.trace.clear();
+      this.scheduler.request();
+    });
     this.app.previewListeners.push(() => this.#preview());
     this.target.listeners.push(() => this.#targeted());
-    setInterval(() => { if (!arm.fresh) this.#sample(); }, AGE);
-    onPaletteChange(() => { this.drawing.repaint(); this.scheduler.request(); });
+    setInterval(() => {
+      if (!arm.fresh) this.#sample();
+    }, AGE);
+    onPaletteChange(() => {
+      this.drawing.repaint();
+      this.scheduler.request();
+    });
     this.#preview();
     this.#sample();
   }
@@ -246,16 +274,22 @@ class View {
   #pose() {
     const { sample } = this.app.arm;
     this.pose.classList.toggle("dim", !this.picture.fresh);
-    if (!sample?.pose) { setText(this.pose, text("view.pose_unknown")); return; }
+    if (!sample?.pose) {
+      setText(this.pose, text("view.pose_unknown"));
+      return;
+    }
     setText(this.pose, text("view.pose", words(sample.pose)));
   }
 
-  /** The same for those who do not see the picture; not announced, as it changes all the time. */
+  /** The same as text, for screen readers; not announced, as it changes all the time. */
   #say() {
     if (performance.now() - this.said < SAID) return;
     this.said = performance.now();
     const { sample, joints, fresh } = this.app.arm;
-    if (!sample) { setText(this.alternative, text("view.waiting")); return; }
+    if (!sample) {
+      setText(this.alternative, text("view.waiting"));
+      return;
+    }
     const each = sample.names.map((name, joint) => {
       const unit = joints.find((known) => known.name === name)?.unit ?? "rad";
       return `${name} ${position(sample.positions[joint], unit)}`;

@@ -6,10 +6,10 @@
 import { GRIPPER, Kinematics } from "./kinematics.js";
 
 /**
- * What the server says.
+ * The answer of the server.
  *
  * @typedef {Object} Viewed
- * @property {string} title What it is.
+ * @property {string} title Its title.
  * @property {import("../../messages.d.ts").Description["parameters"]} parameters Parameters of the arm.
  * @property {WorkspaceState} workspace Tool, scene and load.
  * @property {number[]} positions Where the arm is shown at first [rad or m].
@@ -22,7 +22,7 @@ import { GRIPPER, Kinematics } from "./kinematics.js";
 /** Stands in for a `Connection` that only looks. */
 export class ViewedSource {
   /**
-   * @param {Viewed} viewed What is shown.
+   * @param {Viewed} viewed The content.
    * @param {Model} model The arm.
    */
   constructor(viewed, model) {
@@ -82,8 +82,16 @@ export class ViewedSource {
     const positions = this.names.map((name) => this.positions[name]);
     this.kinematics.place(this.positions, this.room);
     this.handlers.get("state")?.({
-      cycle: 0, time: this.time, names: this.names, positions, commands: positions, qualities: positions.map(() => 0),
-      width: this.positions[GRIPPER] ?? null, pose: this.kinematics.toolPose(this.room, this.tool), stale: false, fault: "",
+      cycle: 0,
+      time: this.time,
+      names: this.names,
+      positions,
+      commands: positions,
+      qualities: positions.map(() => 0),
+      width: this.positions[GRIPPER] ?? null,
+      pose: this.kinematics.toolPose(this.room, this.tool),
+      stale: false,
+      fault: "",
     });
   }
 }

@@ -30,10 +30,13 @@ export class FlatView {
       drag(kind === "top" ? [a, b, z, yaw] : [x, y, b, yaw]);
     };
     this.views = /** @type {const} */ (["top", "side"]).map((kind) => ({
-      kind, projection: new Projection(kind, moved(kind)),
+      kind,
+      projection: new Projection(kind, moved(kind)),
     }));
-    this.host = h("div", { class: "view-canvas view-flat" }, ...this.views.map(({ kind, projection }) =>
-      h("figure", {}, projection.element, h("figcaption", { text: text(`view.flat_${kind}`) }))));
+    this.host = h("div", { class: "view-canvas view-flat" },
+      ...this.views.map(({ kind, projection }) =>
+        h("figure", {}, projection.element, h("figcaption", { text: text(`view.flat_${kind}`) }))
+      ));
     /** @type {Picture["workspace"]} */
     this.workspace = null;
     this.shown = "";
@@ -51,7 +54,7 @@ export class FlatView {
   /** It has no camera. */
   step() {}
 
-  /** @param {Picture} picture What is drawn. */
+  /** @param {Picture} picture The picture. */
   draw(picture) {
     this.target = picture.target;
     this.host.classList.toggle("stale", !picture.fresh);
@@ -85,7 +88,9 @@ export class FlatView {
       surroundings.append(svg("polygon", { class: kind, points: projected(projection, shape) }));
       if (layers.has("margins")) {
         const margin = (keepIn ? -1 : 1) * (scene?.margin ?? 0);
-        surroundings.append(svg("polygon", { class: keepIn ? "margin keep-in" : "margin", points: projected(projection, grown(shape, margin)) }));
+        surroundings.append(
+          svg("polygon", { class: keepIn ? "margin keep-in" : "margin", points: projected(projection, grown(shape, margin)) }),
+        );
       }
       if (layers.has("labels")) {
         const [u, v] = projection.of(shape.x, shape.y, shape.high);

@@ -4,7 +4,7 @@
 
 import { printable } from "../../dom.js";
 
-/** Half of what is shown, around the column, and the height that is shown from the side [mm]. */
+/** Half of the visible area, around the column, and the height that is shown from the side [mm]. */
 const HALF = 800;
 const BOTTOM = -100;
 const TOP = 620;
@@ -24,7 +24,8 @@ export class Projection {
     this.element = /** @type {SVGSVGElement} */ (svg("svg", { viewBox: box.join(" "), "aria-hidden": "true" }));
     this.surroundings = svg("g", {});
     const body = (/** @type {string} */ name) => /** @type {SVGGElement} */ (
-      svg("g", { class: name }, svg("polyline", { class: "limb" }), svg("polyline", { class: "tool" })));
+      svg("g", { class: name }, svg("polyline", { class: "limb" }), svg("polyline", { class: "tool" }))
+    );
     this.live = body("live");
     this.commanded = body("commanded");
     this.planned = body("planned");
@@ -41,7 +42,10 @@ export class Projection {
     let held = false;
     const move = (/** @type {PointerEvent} */ event) => {
       if (!held) return;
-      if (!(event.buttons & 1)) { held = false; return; }
+      if (!(event.buttons & 1)) {
+        held = false;
+        return;
+      }
       const matrix = this.element.getScreenCTM();
       if (!matrix) return;
       const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
@@ -54,7 +58,9 @@ export class Projection {
     });
     this.element.addEventListener("pointermove", move);
     for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) {
-      this.element.addEventListener(end, () => { held = false; });
+      this.element.addEventListener(end, () => {
+        held = false;
+      });
     }
   }
 
@@ -98,7 +104,7 @@ export class Projection {
  *
  * @param {string} tag Its name.
  * @param {Record<string, string | number>} values Its attributes.
- * @param {...(Element | string)} children What it contains.
+ * @param {...(Element | string)} children Its children.
  * @returns {SVGElement} The element.
  */
 export function svg(tag, values, ...children) {

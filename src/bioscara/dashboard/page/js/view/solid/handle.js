@@ -4,9 +4,8 @@
 /** @import { Palette } from "../palette.js" */
 /** @import { Stage } from "./stage.js" */
 
-import {
-  CylinderGeometry, Group, Mesh, MeshBasicMaterial, MeshLambertMaterial, Plane, Raycaster, SphereGeometry, Vector2, Vector3,
-} from "../../../vendor/three.js";
+import { CylinderGeometry, Group, Mesh, MeshBasicMaterial, MeshLambertMaterial, Plane, Raycaster, SphereGeometry, Vector2,
+  Vector3 } from "../../../vendor/three.js";
 
 /** Size of the handle as a share of its distance from the camera. */
 const SIZE = 0.085;
@@ -101,7 +100,10 @@ export class Handle {
     const found = this.touched.find(({ touch }) => touch === hits[0]?.object);
     if (!found) return;
     this.held = { part: found.part, offset: new Vector3(), pointer: event.pointerId };
-    if (!this.#reach(event)) { this.held = null; return; }
+    if (!this.#reach(event)) {
+      this.held = null;
+      return;
+    }
     this.held.offset.copy(this.point).sub(this.group.position);
     this.stage.controls.enabled = false;
     this.stage.host.setPointerCapture(event.pointerId);
@@ -111,7 +113,10 @@ export class Handle {
   /** @param {PointerEvent} event */
   #move(event) {
     if (!this.held || event.pointerId !== this.held.pointer) return;
-    if (!(event.buttons & 1)) { this.#release(); return; }
+    if (!(event.buttons & 1)) {
+      this.#release();
+      return;
+    }
     if (!this.#reach(event)) return;
     const [x, y, z, yaw] = this.pose;
     const { part, offset } = this.held;

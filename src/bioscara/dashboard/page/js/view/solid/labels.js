@@ -1,4 +1,4 @@
-// Names beside what is drawn in 3D, as text of the page.
+// Names of the bodies in 3D, as text of the page.
 
 /** @import { PerspectiveCamera } from "../../../vendor/three.js" */
 /** @import { Layer } from "../picture.js" */

@@ -48,7 +48,14 @@ export class SolidView {
     this.stage.controls.addEventListener("end", () => calls.busy(false));
     const { fixed, atTool, atWrist } = this.surroundings;
     this.stage.scene.add(
-      this.body.group, this.commanded.group, this.planned.group, fixed, atTool, atWrist, this.tracks.group, this.handle.group,
+      this.body.group,
+      this.commanded.group,
+      this.planned.group,
+      fixed,
+      atTool,
+      atWrist,
+      this.tracks.group,
+      this.handle.group,
     );
     this.host.append(this.labels.host);
     /** @type {Picture["workspace"]} */
@@ -72,7 +79,7 @@ export class SolidView {
     this.stage.paint(this.colors);
   }
 
-  /** @param {Picture} picture What is drawn. */
+  /** @param {Picture} picture The picture. */
   draw(picture) {
     const { live, workspace, clearance, collision } = picture;
     if (workspace && workspace !== this.workspace) {
@@ -121,11 +128,16 @@ export class SolidView {
    */
   step(step) {
     const steps = {
-      left: () => this.stage.turn(-TURN, 0), right: () => this.stage.turn(TURN, 0),
-      up: () => this.stage.turn(0, TURN), down: () => this.stage.turn(0, -TURN),
-      "pan-left": () => this.stage.pan(PAN, 0), "pan-right": () => this.stage.pan(-PAN, 0),
-      "pan-up": () => this.stage.pan(0, PAN), "pan-down": () => this.stage.pan(0, -PAN),
-      in: () => this.stage.zoom(ZOOM), out: () => this.stage.zoom(1 / ZOOM),
+      left: () => this.stage.turn(-TURN, 0),
+      right: () => this.stage.turn(TURN, 0),
+      up: () => this.stage.turn(0, TURN),
+      down: () => this.stage.turn(0, -TURN),
+      "pan-left": () => this.stage.pan(PAN, 0),
+      "pan-right": () => this.stage.pan(-PAN, 0),
+      "pan-up": () => this.stage.pan(0, PAN),
+      "pan-down": () => this.stage.pan(0, -PAN),
+      in: () => this.stage.zoom(ZOOM),
+      out: () => this.stage.zoom(1 / ZOOM),
     };
     steps[step]();
   }

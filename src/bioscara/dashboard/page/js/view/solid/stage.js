@@ -1,17 +1,18 @@
 // Renderer, camera and lights of the 3D view; nothing here knows of the arm.
 
-import {
-  BufferAttribute, BufferGeometry, DirectionalLight, HemisphereLight, LineBasicMaterial, LineSegments, OrbitControls,
-  PerspectiveCamera, Scene, Vector3, WebGLRenderer,
-} from "../../../vendor/three.js";
+import { BufferAttribute, BufferGeometry, DirectionalLight, HemisphereLight, LineBasicMaterial, LineSegments, OrbitControls,
+  PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "../../../vendor/three.js";
 import { h } from "../../dom.js";
 
-/** Where the camera looks at first, and how far it is [m]. */
+/** First target of the camera, and how far it is [m]. */
 const MIDDLE = new Vector3(0.2, 0, 0.26);
 const DISTANCE = 1.4;
 /** Directions from the middle to the camera. */
 const PRESETS = {
-  iso: [0.75, -0.85, 0.6], front: [1, 0, 0.12], side: [0, -1, 0.12], top: [-0.0001, 0, 1],
+  iso: [0.75, -0.85, 0.6],
+  front: [1, 0, 0.12],
+  side: [0, -1, 0.12],
+  top: [-0.0001, 0, 1],
 };
 /** Vertical field of view [degrees]; half size and step of the grid on the ground [m]. */
 const FIELD = 38;
@@ -53,7 +54,10 @@ export class Stage {
     this.grid = ground();
     this.scene.add(this.grid);
     this.look("iso");
-    new ResizeObserver(() => { this.#fit(); changed(); }).observe(this.host);
+    new ResizeObserver(() => {
+      this.#fit();
+      changed();
+    }).observe(this.host);
   }
 
   #light() {

@@ -5,9 +5,8 @@
 /** @import { Layer } from "../picture.js" */
 /** @import { Label } from "./labels.js" */
 
-import {
-  BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial,
-} from "../../../vendor/three.js";
+import { BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh,
+  MeshLambertMaterial } from "../../../vendor/three.js";
 import { upright } from "../kinematics.js";
 import { edges, grown, outline, shapeOf, solid } from "../shapes.js";
 import { geometryOf } from "./arm_body.js";
@@ -19,7 +18,7 @@ const THICK = 0.004;
 /** Number of the wrist's frame, in bodies of mounted tools. */
 const WRIST = 4;
 
-/** What surrounds the arm, and what its wrist carries. */
+/** The surroundings of the arm, and the load of its wrist. */
 export class Surroundings {
   constructor() {
     /** In the base. */
@@ -57,7 +56,7 @@ export class Surroundings {
     const { load, scene } = workspace;
     if (load) this.#addLoad(load, colors);
     for (const [, frame, shapes] of scene.mounted ?? []) {
-      if (frame === WRIST) for (const shape of shapes) this.atWrist.add(body(shape, colors.load, 0.9));
+      if (frame === WRIST) { for (const shape of shapes) this.atWrist.add(body(shape, colors.load, 0.9)); }
     }
   }
 
@@ -78,7 +77,8 @@ export class Surroundings {
       this.margins.add(lines(edges(grown(shape, keepIn ? -margin : margin)), color, 0.5));
       this.byName.set(name, {
         solid: filled ? /** @type {MeshLambertMaterial} */ (filled.material) : null,
-        line: /** @type {LineBasicMaterial} */ (line.material), color,
+        line: /** @type {LineBasicMaterial} */ (line.material),
+        color,
       });
       this.labels.push({ text: name, at: [shape.x, shape.y, shape.high], layer: "zones" });
     }
@@ -154,7 +154,12 @@ function clear(group) {
 function body(shape, color, opacity) {
   const transparent = opacity < 1;
   const material = new MeshLambertMaterial({
-    color, opacity, transparent, depthWrite: !transparent, flatShading: true, side: DoubleSide,
+    color,
+    opacity,
+    transparent,
+    depthWrite: !transparent,
+    flatShading: true,
+    side: DoubleSide,
   });
   const made = new Mesh(geometryOf(solid(shape)), material);
   made.renderOrder = transparent ? 1 : 0;

@@ -3,9 +3,8 @@
 /** @import { Palette } from "../palette.js" */
 /** @import { Picture } from "../picture.js" */
 
-import {
-  BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Line, LineBasicMaterial, Mesh, MeshBasicMaterial, SphereGeometry,
-} from "../../../vendor/three.js";
+import { BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Line, LineBasicMaterial, Mesh, MeshBasicMaterial,
+  SphereGeometry } from "../../../vendor/three.js";
 import { TRACE_POINTS } from "../trace.js";
 import { PATH_POINTS } from "../trajectory_curve.js";
 
@@ -38,7 +37,7 @@ export class Tracks {
     this.colors = colors;
   }
 
-  /** @param {Picture} picture What is drawn. */
+  /** @param {Picture} picture The picture. */
   draw({ trace, path, clearance, layers }) {
     this.trace.visible = layers.has("trace") && trace.count > 1;
     if (this.trace.visible) fill(this.trace, trace.points, trace.count);

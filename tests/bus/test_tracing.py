@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.bus import RecordingBus, ReplayBus, Transaction, read_recording
+from bioscara.bus import ReplayBus, TracingBus, Transaction, read_trace
 from bioscara.errors import (
     BusUnavailableError,
     InvalidArgumentError,
@@ -67,7 +67,7 @@ def plain(results: Sequence[Any]) -> list[object]:
 @given(transfers)
 def test_a_replay_answers_as_the_wire_did(asked: list[list[Transaction]]) -> None:
     with TemporaryDirectory() as folder:
-        with RecordingBus(Wire(), Path(folder) / "bus", Ticks()) as bus:
+        with TracingBus(Wire(), Path(folder) / "bus", Ticks()) as bus:
             recorded = [plain(bus.transfer(transactions)) for transactions in asked]
         direct = Wire()
         assert recorded == [plain(direct.transfer(transactions)) for transactions in asked]
@@ -79,7 +79,7 @@ def test_a_replay_answers_as_the_wire_did(asked: list[list[Transaction]]) -> Non
 def recorded(tmp_path: Path) -> Path:
     path = tmp_path / "bus"
     wire = Wire()
-    with RecordingBus(wire, path, Ticks()) as bus:
+    with TracingBus(wire, path, Ticks()) as bus:
         bus.transfer([POSITION, STOP])
         bus.transfer([TO_NO_DEVICE])
         wire.unavailable = True
@@ -90,7 +90,7 @@ def recorded(tmp_path: Path) -> Path:
 
 
 def test_records_carry_time_requests_and_outcomes(recorded: Path) -> None:
-    first, second, third = read_recording(recorded)
+    first, second, third = read_trace(recorded)
     assert (first.start, first.duration) == (pytest.approx(0.001), pytest.approx(0.001))
     assert first.transactions == (POSITION, STOP)
     assert first.results == tuple(Wire().transfer([POSITION, STOP]))
@@ -138,23 +138,23 @@ def test_a_closed_replay_is_unavailable(recorded: Path) -> None:
 
 
 def test_each_record_is_in_the_file_when_its_transfer_returns(tmp_path: Path) -> None:
-    with RecordingBus(Wire(), tmp_path / "bus", Ticks()) as bus:
+    with TracingBus(Wire(), tmp_path / "bus", Ticks()) as bus:
         for count in range(1, 4):
             bus.transfer([POSITION])
-            assert len(list(read_recording(tmp_path / "bus"))) == count
+            assert len(list(read_trace(tmp_path / "bus"))) == count
         bus.sync()
 
 
 def test_an_existing_file_is_never_overwritten(recorded: Path) -> None:
     before = recorded.read_bytes()
     with pytest.raises(InvalidArgumentError, match="File exists"):
-        RecordingBus(Wire(), recorded, Ticks())
+        TracingBus(Wire(), recorded, Ticks())
     assert recorded.read_bytes() == before
 
 
 def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidArgumentError, match="cannot be created: No such file"):
-        RecordingBus(Wire(), tmp_path / "none" / "bus", Ticks())
+        TracingBus(Wire(), tmp_path / "none" / "bus", Ticks())
 
 
 @contextmanager
@@ -174,7 +174,7 @@ def test_a_full_disk_ends_the_recording_not_the_run(
     wire = Wire()
     with (
         caplog.at_level(logging.ERROR),
-        RecordingBus(wire, tmp_path / "bus", Ticks()) as bus,
+        TracingBus(wire, tmp_path / "bus", Ticks()) as bus,
     ):
         with disk_of(200):
             results = [bus.transfer([POSITION]) for _ in range(10)]
@@ -184,6 +184,6 @@ def test_a_full_disk_ends_the_recording_not_the_run(
     assert len(wire.arrived) == 10
     assert [record.levelname for record in caplog.records] == ["ERROR"]
     assert "ended early: File too large" in caplog.text
-    kept = list(read_recording(tmp_path / "bus"))
+    kept = list(read_trace(tmp_path / "bus"))
     assert kept
     assert all(record.transactions == (POSITION,) for record in kept)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.bus import Record, Transaction, read_recording
-from bioscara.bus.recording import HEADER, encode_record
+from bioscara.bus import TraceRecord, Transaction, read_trace
+from bioscara.bus.trace import HEADER, encode_record
 from bioscara.errors import (
     BusStuckError,
     BusTimeoutError,
@@ -39,15 +39,15 @@ seconds = st.integers(0, 10**12).map(lambda microseconds: microseconds / 1e6)
 
 
 @st.composite
-def records(draw: st.DrawFn) -> Record:
+def records(draw: st.DrawFn) -> TraceRecord:
     asked = draw(st.lists(transactions, max_size=5))
     if draw(st.booleans()):
-        return Record(draw(seconds), draw(seconds), tuple(asked), (), draw(errors))
+        return TraceRecord(draw(seconds), draw(seconds), tuple(asked), (), draw(errors))
     results = [draw(st.one_of(st.binary(max_size=16), errors)) for _ in asked]
-    return Record(draw(seconds), draw(seconds), tuple(asked), tuple(results), None)
+    return TraceRecord(draw(seconds), draw(seconds), tuple(asked), tuple(results), None)
 
 
-def plain(record: Record) -> tuple[object, ...]:
+def plain(record: TraceRecord) -> tuple[object, ...]:
     """The record with its errors as values that can be compared."""
 
     def value(result: object) -> object:
@@ -58,7 +58,7 @@ def plain(record: Record) -> tuple[object, ...]:
     return (*record[:3], tuple(value(result) for result in record.results), value(record.raised))
 
 
-def write(path: Path, written: list[Record]) -> list[int]:
+def write(path: Path, written: list[TraceRecord]) -> list[int]:
     """Write a recording; returns where each record ends."""
     content, ends = HEADER, []
     for record in written:
@@ -69,16 +69,18 @@ def write(path: Path, written: list[Record]) -> list[int]:
 
 
 @given(st.lists(records(), max_size=6))
-def test_records_are_read_back_as_they_were_written(written: list[Record]) -> None:
+def test_records_are_read_back_as_they_were_written(written: list[TraceRecord]) -> None:
     with TemporaryDirectory() as folder:
         write(Path(folder) / "bus", written)
-        read = list(read_recording(Path(folder) / "bus"))
+        read = list(read_trace(Path(folder) / "bus"))
     assert [plain(record) for record in read] == [plain(record) for record in written]
 
 
 @settings(max_examples=10)
 @given(st.lists(records(), min_size=1, max_size=3))
-def test_a_file_cut_at_any_byte_yields_all_records_before_the_cut(written: list[Record]) -> None:
+def test_a_file_cut_at_any_byte_yields_all_records_before_the_cut(
+    written: list[TraceRecord],
+) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "bus"
         ends = write(path, written)
@@ -86,16 +88,16 @@ def test_a_file_cut_at_any_byte_yields_all_records_before_the_cut(written: list[
         for cut in range(len(content) + 1):
             path.write_bytes(content[:cut])
             whole = sum(end <= cut for end in ends)
-            assert [plain(record) for record in read_recording(path)] == [
+            assert [plain(record) for record in read_trace(path)] == [
                 plain(record) for record in written[:whole]
             ]
 
 
 ERROR = NoAcknowledgeError("nobody, really", 0x12)
 WRITTEN = [
-    Record(1.0, 0.001, (Transaction(0x11, b"\x18", 5),), (b"\x01\x02\x03\x04\x08",), None),
-    Record(1.02, 0.001, (Transaction(0x12, b"\x18", 5),), (ERROR,), None),
-    Record(1.04, 0.0, (), (), None),
+    TraceRecord(1.0, 0.001, (Transaction(0x11, b"\x18", 5),), (b"\x01\x02\x03\x04\x08",), None),
+    TraceRecord(1.02, 0.001, (Transaction(0x12, b"\x18", 5),), (ERROR,), None),
+    TraceRecord(1.04, 0.0, (), (), None),
 ]
 
 
@@ -120,16 +122,16 @@ def test_one_changed_byte_is_reported_with_its_record(tmp_path: Path, record: in
         if changed[position] == ord("\n"):
             continue
         with pytest.raises(InvalidArgumentError, match=rf"bus, record {record} is damaged"):
-            list(read_recording(tmp_path / "bus"))
+            list(read_trace(tmp_path / "bus"))
 
 
 @pytest.mark.parametrize("content", [b"hello\n", b"bioscara-bus 2\n", b"\x7fELF\x00\xff", b"\n"])
 def test_another_file_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "bus").write_bytes(content)
-    with pytest.raises(InvalidArgumentError, match="no bus recording of this version"):
-        list(read_recording(tmp_path / "bus"))
+    with pytest.raises(InvalidArgumentError, match="no bus trace of this version"):
+        list(read_trace(tmp_path / "bus"))
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidArgumentError, match="nowhere: No such file"):
-        list(read_recording(tmp_path / "nowhere"))
+        list(read_trace(tmp_path / "nowhere"))

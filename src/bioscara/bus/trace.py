@@ -1,4 +1,4 @@
-"""File format of bus recordings: one line of text per transfer.
+"""File format of bus traces: one line of text per transfer.
 
     bioscara-bus 1
     12.000125 0.001840 - 11:d500000000:9=0102030405060708ff 12:18:5!NoAcknowledgeError:... *5a17c0de
@@ -34,7 +34,7 @@ from bioscara.errors import (
 )
 
 HEADER = b"bioscara-bus 1\n"
-"""First line of every recording; the number is the version of the format."""
+"""First line of every trace; the number is the version of the format."""
 LINE_MAX = 2**16
 """Longest line that is read [bytes]: a bus call of 42 messages takes some kilobytes."""
 
@@ -52,7 +52,7 @@ _ERRORS: dict[str, type[CommunicationError]] = {
 }
 
 
-class Record(NamedTuple):
+class TraceRecord(NamedTuple):
     """One transfer.
 
     Attributes:
@@ -101,21 +101,21 @@ def encode_record(
     return b"%s*%08x\n" % (body, zlib.crc32(body))
 
 
-def read_recording(path: str | Path) -> Generator[Record, None, None]:
+def read_trace(path: str | Path) -> Generator[TraceRecord, None, None]:
     """Yield the records of a file, in order; an unfinished last one is left out.
 
     Args:
         path: The file.
 
     Raises:
-        InvalidArgumentError: The file cannot be read, is no recording of this version, or a
+        InvalidArgumentError: The file cannot be read, is no trace of this version, or a
             record in it is damaged; the message names the record.
     """
     try:
         with open(path, "rb") as file:
             yield from _records(_lines(file, str(path)), str(path))
     except OSError as error:
-        raise InvalidArgumentError(f"bus recording {path}: {error.strerror}") from error
+        raise InvalidArgumentError(f"bus trace {path}: {error.strerror}") from error
 
 
 def _lines(file: BinaryIO, path: str) -> Iterator[bytes]:
@@ -125,13 +125,13 @@ def _lines(file: BinaryIO, path: str) -> Iterator[bytes]:
         yield line
 
 
-def _records(lines: Iterator[bytes], path: str) -> Iterator[Record]:
+def _records(lines: Iterator[bytes], path: str) -> Iterator[TraceRecord]:
     header = next(lines, b"")
     if header != HEADER:
         if HEADER.startswith(header):
             return
         raise InvalidArgumentError(
-            f"{path} is no bus recording of this version; "
+            f"{path} is no bus trace of this version; "
             f"its first line should be {HEADER.decode().strip()!r}"
         )
     for number, line in enumerate(lines, 1):
@@ -141,11 +141,11 @@ def _records(lines: Iterator[bytes], path: str) -> Iterator[Record]:
             yield _decode(line)
         except (ValueError, KeyError) as error:
             raise InvalidArgumentError(
-                f"bus recording {path}, record {number} is damaged: {error}"
+                f"bus trace {path}, record {number} is damaged: {error}"
             ) from error
 
 
-def _decode(line: bytes) -> Record:
+def _decode(line: bytes) -> TraceRecord:
     body, mark, checksum = line[:-1].rpartition(b"*")
     if not mark or checksum != b"%08x" % zlib.crc32(body):
         raise ValueError("its checksum does not fit")
@@ -162,7 +162,7 @@ def _decode(line: bytes) -> Record:
         elif failed:
             results.append(_error(failure, int(address, 16)))
     raised = None if outcome == "-" else _error(outcome, None)
-    return Record(float(start), float(duration), tuple(transactions), tuple(results), raised)
+    return TraceRecord(float(start), float(duration), tuple(transactions), tuple(results), raised)
 
 
 def _error_word(error: CommunicationError) -> str:

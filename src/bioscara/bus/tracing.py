@@ -1,4 +1,4 @@
-"""A bus that records its transactions, and one that replays a recording."""
+"""A bus that records its transactions, and one that replays a trace."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 from bioscara.bus.bus import Bus, Transaction
-from bioscara.bus.recording import HEADER, encode_record, read_recording
+from bioscara.bus.trace import HEADER, encode_record, read_trace
 from bioscara.clock import Clock
 from bioscara.errors import (
     BusUnavailableError,
@@ -21,14 +21,14 @@ from bioscara.errors import (
 _LOG = logging.getLogger(__name__)
 
 
-class RecordingBus(Bus):
+class TracingBus(Bus):
     """Forwards transactions to another bus and records them with their results.
 
     Each transfer is handed to the operating system, unbuffered, before its results are returned:
     the record outlives this process. It outlives a power cut once the system has written it to
     the disk, which :meth:`sync` waits for.
 
-    Recording never disturbs the transactions: when the file can no longer be written, this is
+    Tracing never disturbs the transactions: when the file can no longer be written, this is
     logged once, :attr:`failure` holds the reason, and the transactions continue.
 
     Args:
@@ -48,14 +48,14 @@ class RecordingBus(Bus):
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
         except OSError as error:
             raise InvalidArgumentError(
-                f"bus recording {path} cannot be created: {error.strerror}; "
+                f"bus trace {path} cannot be created: {error.strerror}; "
                 f"name a new file in a folder that can be written to"
             ) from error
         self._append(HEADER)
 
     @property
     def failure(self) -> OSError | None:
-        """Why the recording ended early, or None."""
+        """Why the trace ended early, or None."""
         return self._failure
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
@@ -79,7 +79,7 @@ class RecordingBus(Bus):
             try:
                 os.fsync(self._file)
             except OSError as error:
-                self._end_recording(error)
+                self._end_trace(error)
 
     def close(self) -> None:
         """Close the other bus and the file."""
@@ -106,12 +106,12 @@ class RecordingBus(Bus):
             while line:
                 line = line[os.write(self._file, line) :]
         except OSError as error:
-            self._end_recording(error)
+            self._end_trace(error)
 
-    def _end_recording(self, error: OSError) -> None:
+    def _end_trace(self, error: OSError) -> None:
         self._failure = error
         self._close_file()
-        _LOG.error("bus recording %s ended early: %s", self._path, error.strerror)
+        _LOG.error("bus trace %s ended early: %s", self._path, error.strerror)
 
     def _close_file(self) -> None:
         file, self._file = self._file, None
@@ -120,15 +120,15 @@ class RecordingBus(Bus):
 
 
 class ReplayBus(Bus):
-    """Answers from a recording, as long as the requests equal those of the recorded run.
+    """Answers from a trace, as long as the requests equal those of the recorded run.
 
     Args:
-        path: A file that :class:`RecordingBus` wrote; opened at the first transfer.
+        path: A file that :class:`TracingBus` wrote; opened at the first transfer.
     """
 
     def __init__(self, path: str | Path) -> None:
         self._path = path
-        self._records = read_recording(path)
+        self._records = read_trace(path)
         self._count = 0
         self._closed = False
 
@@ -145,8 +145,7 @@ class ReplayBus(Bus):
         record = next(self._records, None)
         if record is None:
             raise ReplayError(
-                f"recording {self._path} ends after {self._count} records, "
-                f"the replayed run continues",
+                f"trace {self._path} ends after {self._count} records, the replayed run continues",
                 self._count + 1,
             )
         self._count += 1
@@ -167,7 +166,7 @@ class ReplayBus(Bus):
         for index, (now, then) in enumerate(zip_longest(requested, recorded), 1):
             if now != then:
                 raise ReplayError(
-                    f"recording {self._path}, record {self._count}, transaction {index} differs: "
+                    f"trace {self._path}, record {self._count}, transaction {index} differs: "
                     f"recorded {_describe(then)}, now {_describe(now)}",
                     self._count,
                 )
