@@ -37,7 +37,7 @@ class World:
 
     def after(self, refused: bool) -> str:
         own = self.served.robot
-        for operation in own.arm.operations:
+        for operation in own.runner.arm.operations:
             operation.cancel()
             operation.wait(30.0)
         before, now = self._before, self.where()
