@@ -487,56 +487,45 @@ class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity")
     tool: ToolVelocity | None = None
 
 
-class EndJog(Command, frozen=True, tag="end_jog"):
+class GoalCommand(Command, frozen=True):
+    """Base of the commands to a goal."""
+
+    scope = Scope.OPERATE
+    needs_lease = True
+
+    goal: int
+
+
+class EndJog(GoalCommand, frozen=True, tag="end_jog"):
     """End a jog; it succeeds once the arm is at rest.
 
     Attributes:
         goal: Its number.
     """
 
-    scope = Scope.OPERATE
-    needs_lease = True
 
-    goal: int
-
-
-class Cancel(Command, frozen=True, tag="cancel"):
+class Cancel(GoalCommand, frozen=True, tag="cancel"):
     """Bring a goal to rest and end it.
 
     Attributes:
         goal: Its number.
     """
 
-    scope = Scope.OPERATE
-    needs_lease = True
 
-    goal: int
-
-
-class PauseGoal(Command, frozen=True, tag="pause_goal"):
+class PauseGoal(GoalCommand, frozen=True, tag="pause_goal"):
     """Pause a goal on its path.
 
     Attributes:
         goal: Its number.
     """
 
-    scope = Scope.OPERATE
-    needs_lease = True
 
-    goal: int
-
-
-class ResumeGoal(Command, frozen=True, tag="resume_goal"):
+class ResumeGoal(GoalCommand, frozen=True, tag="resume_goal"):
     """Continue a paused goal.
 
     Attributes:
         goal: Its number.
     """
-
-    scope = Scope.OPERATE
-    needs_lease = True
-
-    goal: int
 
 
 class Pause(Command, frozen=True, tag="pause"):
@@ -633,7 +622,14 @@ class MakePlan(Query, frozen=True, tag="make_plan"):
     motion: Motion
 
 
-class LoadController(Command, frozen=True, kw_only=True, tag="load_controller"):
+class ControllerCommand(Command, frozen=True):
+    """Base of the commands to controllers of clients, and to hardware."""
+
+    needs_lease = True
+    slow = True
+
+
+class LoadController(ControllerCommand, frozen=True, kw_only=True, tag="load_controller"):
     """Create a controller, as ros2_control does; answered by :class:`Done`, and nothing moves.
 
     Attributes:
@@ -642,54 +638,42 @@ class LoadController(Command, frozen=True, kw_only=True, tag="load_controller"):
         parameters: Its parameters, as in its section of a parameter file of ROS.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
     type: str
     parameters: dict[str, Any] = {}
 
 
-class ConfigureController(Command, frozen=True, tag="configure_controller"):
+class ConfigureController(ControllerCommand, frozen=True, tag="configure_controller"):
     """Make a controller of a client inactive; answered by :class:`Done`.
 
     Attributes:
         name: Its name.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
 
 
-class CleanupController(Command, frozen=True, tag="cleanup_controller"):
+class CleanupController(ControllerCommand, frozen=True, tag="cleanup_controller"):
     """Make an inactive controller of a client unconfigured; answered by :class:`Done`.
 
     Attributes:
         name: Its name.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
 
 
-class UnloadController(Command, frozen=True, tag="unload_controller"):
+class UnloadController(ControllerCommand, frozen=True, tag="unload_controller"):
     """Remove a controller of a client; answered by :class:`Done`.
 
     Attributes:
         name: Its name.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
 
 
-class SwitchControllers(Command, frozen=True, tag="switch_controllers"):
+class SwitchControllers(ControllerCommand, frozen=True, tag="switch_controllers"):
     """Change which controllers of clients are active; answered by :class:`Switched`.
 
     The first one that commands the arm or the gripper begins a goal, which lasts as long as one is
@@ -701,24 +685,18 @@ class SwitchControllers(Command, frozen=True, tag="switch_controllers"):
         strict: Whether one that cannot be switched refuses all.
     """
 
-    needs_lease = True
-    slow = True
-
     activate: tuple[str, ...] = ()
     deactivate: tuple[str, ...] = ()
     strict: bool = True
 
 
-class SetHardwareState(Command, frozen=True, tag="set_hardware_state"):
+class SetHardwareState(ControllerCommand, frozen=True, tag="set_hardware_state"):
     """Bring a hardware component to a lifecycle state; answered by :class:`HardwareState`.
 
     Attributes:
         component: Its name.
         state: ``unconfigured``, ``inactive``, ``active`` or ``finalized``.
     """
-
-    needs_lease = True
-    slow = True
 
     component: str
     state: LifecycleName
@@ -738,7 +716,7 @@ class AddGoalPoints(Command, frozen=True, kw_only=True, tag="add_goal_points"):
     upload: int = 0
 
 
-class FollowGoal(Command, frozen=True, kw_only=True, tag="follow_goal"):
+class FollowGoal(ControllerCommand, frozen=True, kw_only=True, tag="follow_goal"):
     """Send a goal to a trajectory controller of a client; answered by :class:`ControllerGoal`.
 
     Attributes:
@@ -747,15 +725,12 @@ class FollowGoal(Command, frozen=True, kw_only=True, tag="follow_goal"):
         upload: Number of the upload with the points before its own; 0 for none.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     goal: Goal
     upload: int = 0
 
 
-class StreamTrajectory(Command, frozen=True, kw_only=True, tag="stream_trajectory"):
+class StreamTrajectory(ControllerCommand, frozen=True, kw_only=True, tag="stream_trajectory"):
     """Replace the trajectory of a trajectory controller, without a goal; answered by :class:`Done`.
 
     Attributes:
@@ -764,15 +739,12 @@ class StreamTrajectory(Command, frozen=True, kw_only=True, tag="stream_trajector
         upload: Number of the upload with the points before its own; 0 for none.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     trajectory: JointTrajectory
     upload: int = 0
 
 
-class SendGripperGoal(Command, frozen=True, tag="send_gripper_goal"):
+class SendGripperGoal(ControllerCommand, frozen=True, tag="send_gripper_goal"):
     """Send a goal to a gripper controller of a client; answered by :class:`ControllerGoal`.
 
     Attributes:
@@ -780,14 +752,11 @@ class SendGripperGoal(Command, frozen=True, tag="send_gripper_goal"):
         goal: The goal.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     goal: GripperGoal
 
 
-class TriggerHoming(Command, frozen=True, tag="trigger_homing"):
+class TriggerHoming(ControllerCommand, frozen=True, tag="trigger_homing"):
     """Home one joint by a homing controller of a client, or stop that; answered by :class:`Done`.
 
     Attributes:
@@ -795,9 +764,6 @@ class TriggerHoming(Command, frozen=True, tag="trigger_homing"):
         joint: The joint.
         command: Its sign is the direction; 0 stops.
     """
-
-    needs_lease = True
-    slow = True
 
     controller: str
     joint: str
@@ -818,7 +784,7 @@ class CommandController(Command, frozen=True, tag="command_controller"):
     values: tuple[float, ...]
 
 
-class CancelControllerGoal(Command, frozen=True, tag="cancel_controller_goal"):
+class CancelControllerGoal(ControllerCommand, frozen=True, tag="cancel_controller_goal"):
     """Cancel a goal of a controller; does nothing if it has ended. Answered by :class:`Done`.
 
     Attributes:
@@ -826,14 +792,11 @@ class CancelControllerGoal(Command, frozen=True, tag="cancel_controller_goal"):
         goal: Number of the goal.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     goal: int
 
 
-class SetControllerScaling(Command, frozen=True, tag="set_controller_scaling"):
+class SetControllerScaling(ControllerCommand, frozen=True, tag="set_controller_scaling"):
     """Choose the share of the planned speed of a trajectory controller; answered by :class:`Done`.
 
     Attributes:
@@ -841,14 +804,11 @@ class SetControllerScaling(Command, frozen=True, tag="set_controller_scaling"):
         factor: The share; 0 pauses. The arm's own speed override applies too.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     factor: float
 
 
-class SetControllerParameters(Command, frozen=True, tag="set_controller_parameters"):
+class SetControllerParameters(ControllerCommand, frozen=True, tag="set_controller_parameters"):
     """Change parameters of a trajectory controller that may change; answered by :class:`Done`.
 
     Attributes:
@@ -856,9 +816,6 @@ class SetControllerParameters(Command, frozen=True, tag="set_controller_paramete
         parameters: By the names of ros2_controllers, each as a whole: those of one joint in
             ``gains`` are all of its gains, and a joint that is left out has the defaults.
     """
-
-    needs_lease = True
-    slow = True
 
     controller: str
     parameters: dict[str, Any]

@@ -401,7 +401,7 @@ class ClientControllers:
                 controller.parameters.joints, controller.query_state(command.time)
             )
 
-        return Later(lambda: self._between(f"a question to {name}", ask), lambda state: state)
+        return Later(lambda: self._between(f"a question to {name}", ask))
 
     def _introspect(self, _: Client, command: m.GetIntrospection, __: int) -> Later:
         stack, clock = self._arm.stack, self._arm.session.clock
@@ -417,7 +417,7 @@ class ClientControllers:
                 ),
             )
 
-        return Later(lambda: self._between("the introspection", ask), lambda values: values)
+        return Later(lambda: self._between("the introspection", ask))
 
     # Between cycles.
 
