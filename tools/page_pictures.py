@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import cast
+from typing import Literal, cast
 
 from PIL import Image
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
@@ -29,6 +29,7 @@ from bioscara.web.access.tokens import default_path, load_tokens
 
 ARM, PORT = "left", 18099
 SIZES = {"desktop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
+SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 START = (0.3, 0.2, 0.8, -0.5)
 """Where the arm stands [rad, m, rad, rad]."""
 PATIENCE = 30.0
@@ -44,9 +45,9 @@ TO_AND_FRO = b"""schema: 1
 title: to and fro
 tool: fingers
 steps:
-- {kind: move_named, name: gate, speed: 0.9}
+- {kind: move_named, name: gate, velocity_scaling: 0.9}
 - {kind: wait, seconds: 0.2}
-- {kind: move_named, name: scale, speed: 0.9}
+- {kind: move_named, name: scale, velocity_scaling: 0.9}
 ...
 """
 REACHED, COLLIDING = ("542", "300"), ("150", "450")
@@ -74,7 +75,7 @@ def make_page_pictures(folder: Path, images: Path) -> None:
             executable_path=shutil.which("chromium"), chromium_sandbox=False
         )
         for size in SIZES:
-            for scheme in ("light", "dark"):
+            for scheme in SCHEMES:
                 photograph(browser, robot, folder, size, scheme)
         browser.close()
     for name, target in DOCUMENTED.items():
@@ -91,7 +92,9 @@ def served() -> Iterator[RemoteRobot]:
         words = ["serve", "--name", ARM, "--with", f"web --port {PORT}"]
         words += ["--evidence", folder, "--table", f"{folder}/poses.yaml"]
         owner = subprocess.Popen(  # noqa: S603  our own
-            [sys.executable, "-m", "bioscara", *words], stdout=subprocess.DEVNULL
+            [sys.executable, "-m", "bioscara", *words],
+            stdout=subprocess.DEVNULL,
+            env={**os.environ, "STATE_DIRECTORY": folder},
         )
         try:
             with _connected() as robot:

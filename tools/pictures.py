@@ -1,8 +1,9 @@
 """Make the pictures of the documentation: ``python -m tools.pictures``.
 
 Needs the extras ``plot`` and ``web``, Playwright, and Chromium for those of pages.
-All pictures of the dashboard, with each tab and state at three sizes, land in ``runs/pictures``;
-``python -m tools.pictures dashboard`` makes these alone.
+All pictures of the dashboard, with each tab and state at three sizes, and of the page of
+``bioscara view`` land in ``runs/pictures``; ``python -m tools.pictures dashboard`` makes these
+alone.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from bioscara.cli import main
-from tools.page_pictures import make_page_pictures
+from tools.page_pictures import SCHEMES, SIZES, make_page_pictures
 
 IMAGES = Path(__file__).parents[1] / "docs/images"
 PAGES = Path(__file__).parents[1] / "runs/pictures"
@@ -47,7 +48,7 @@ def make_plots(folder: Path) -> None:
 
 
 def make_view(folder: Path) -> None:
-    """Write ``view.png``, the page of ``bioscara view`` with a plan."""
+    """Write the page of ``bioscara view`` with a plan, at each size; one is ``view.png``."""
     scene = folder / "scene.yaml"
     scene.write_text(SCENE)
     words = ["view", "--pose", *POSE, "--scene", str(scene), "--port", "0"]
@@ -60,23 +61,27 @@ def make_view(folder: Path) -> None:
         assert view.stdout is not None  # noqa: S101  as above
         address = view.stdout.readline().partition(": ")[2].partition(" ")[0]
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
-        page = browser.new_page(viewport={"width": 1400, "height": 900})
-        page.goto(address)
-        page.wait_for_timeout(DRAWING)
-        page.evaluate("bioscara.seekPreview(1.7)")
-        page.wait_for_timeout(DRAWING)
-        raw = folder / "view.png"
-        page.screenshot(path=raw)
+        for size, (width, height) in SIZES.items():
+            for scheme in SCHEMES:
+                page = browser.new_page(
+                    viewport={"width": width, "height": height}, color_scheme=scheme
+                )
+                page.goto(address)
+                page.wait_for_timeout(DRAWING)
+                page.evaluate("bioscara.seekPreview(1.7)")
+                page.wait_for_timeout(DRAWING)
+                page.screenshot(path=PAGES / f"view-plan-{size}-{scheme}.png")
+                page.close()
         browser.close()
         view.terminate()
-    Image.open(raw).convert("RGB").quantize(256).save(IMAGES / "view.png", optimize=True)
+    with Image.open(PAGES / "view-plan-desktop-light.png") as picture:
+        picture.convert("RGB").quantize(256).save(IMAGES / "view.png", optimize=True)
 
 
 if __name__ == "__main__":
     IMAGES.mkdir(exist_ok=True)
     make_page_pictures(PAGES, IMAGES)
-    if sys.argv[1:] == ["dashboard"]:
-        raise SystemExit
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
-        make_plots(Path(name))
         make_view(Path(name))
+        if sys.argv[1:] != ["dashboard"]:
+            make_plots(Path(name))
