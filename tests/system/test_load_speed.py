@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from bioscara import Robot
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import BioscaraError, MotionCancelledError
 from bioscara.kinematics import Joints, Pose
