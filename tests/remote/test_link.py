@@ -325,7 +325,7 @@ def test_a_restarted_owner_is_not_commanded_by_a_program_that_does_not_know_it(
         with robot:
             operation = robot.move_joints(LONG, wait=False)
             served.close()
-            settings = ServeSettings(NAME, "sim", evidence=tmp_path, real_time_factor=50.0)
+            settings = ServeSettings(NAME, "sim", evidence=tmp_path, real_time_factor=5.0)
             with serving(own_robot(tmp_path, seed=3), settings) as second:
                 with pytest.raises((OwnerLostError, MotionCancelledError, BusyError)):
                     operation.result(10.0)
