@@ -1,9 +1,9 @@
 """Buses: they carry transactions and return the bytes read, or the error of each transaction.
 
 ``bus`` is the interface; then one file per kind of bus: ``linux`` the real one (``diagnosis``
-explains its errors, ``user`` names the program that has it), ``recorder`` writes and replays a
-``recording``, ``faults`` corrupts transactions by ``injection``. ``select`` opens one by its name.
-A bus knows addresses and bytes, never registers or joints.
+explains its errors, ``user`` names the program that has it), ``tracing`` writes and replays a
+``trace``, ``faults`` corrupts transactions by ``injection``. ``select`` opens one by its name. A
+bus knows addresses and bytes, never registers or joints.
 """
 
 from bioscara.bus.bus import ADDRESSES as ADDRESSES
