@@ -107,6 +107,15 @@ def arm_served(
                 yield served
 
 
+def events_since(served: Served, number: int) -> list[m.Event]:
+    """Return the events of an owner after the one with a number."""
+    found = []
+    while (event := served.owner.events.after(number)) is not None:
+        found.append(event)
+        number = event.number
+    return found
+
+
 def eventually(condition: Callable[[], object], deadline: float = LIMIT, what: str = "") -> None:
     """Wait until a condition holds."""
     wait_until(lambda: bool(condition()), what or "the condition", deadline)

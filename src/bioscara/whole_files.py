@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and new ones that end with a whole record."""
 
 from __future__ import annotations
 
@@ -46,3 +46,42 @@ def replacing(path: Path) -> Iterator[Path]:
         os.fsync(folder)
     finally:
         os.close(folder)
+
+
+class AppendedFile:
+    """A new file that ends with the last record that was written whole, also after an error.
+
+    Args:
+        path: The file; it must not exist.
+        mode: Its permissions, before the mask of the process.
+
+    Raises:
+        OSError: It cannot be created.
+    """
+
+    def __init__(self, path: Path, mode: int = 0o666) -> None:
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        self._file = os.open(path, flags, mode)
+        self._size = 0
+
+    def write(self, data: bytes) -> int:
+        """Append a record; return its size.
+
+        Raises:
+            OSError: It does not fit, and nothing of it stays.
+        """
+        remaining = memoryview(data)
+        try:
+            while remaining:
+                remaining = remaining[os.write(self._file, remaining) :]
+        except OSError:
+            os.ftruncate(self._file, self._size)
+            raise
+        self._size += len(data)
+        return len(data)
+
+    def close(self) -> None:
+        """Close the file; may be called twice."""
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1

@@ -6,6 +6,7 @@ import functools
 import math
 import struct
 from collections.abc import Callable
+from enum import Enum
 from fractions import Fraction
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
@@ -36,6 +37,7 @@ from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimit, JogLimitation
 from bioscara.report import CycleRecord, JointRecord, Phase
 from bioscara.robot import tasks
+from bioscara.robot.operations.running import Status
 from bioscara.robot.tasks.task import Task
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
@@ -114,7 +116,7 @@ VALUES: dict[Any, st.SearchStrategy[Any]] = {
 
 
 @functools.cache
-def strategy(kind: Any) -> st.SearchStrategy[Any]:
+def strategy(kind: Any) -> st.SearchStrategy[Any]:  # noqa: PLR0912  a type each
     """Return values of the type of a field."""
     origin, inner = get_origin(kind), get_args(kind)
     if kind in VALUES:
@@ -123,6 +125,8 @@ def strategy(kind: Any) -> st.SearchStrategy[Any]:
         limits = kind.__metadata__[0].extra_json_schema or {}
         if "minimum" in limits:
             found = st.floats(limits["minimum"], limits["maximum"])
+        elif "enum" in limits:
+            found = st.sampled_from(limits["enum"])
         else:
             found = NAME if inner[0] is str else strategy(inner[0])
     elif kind is type(None):
@@ -136,6 +140,8 @@ def strategy(kind: Any) -> st.SearchStrategy[Any]:
         found = st.tuples(*map(strategy, inner))
     elif origin is dict:
         found = st.dictionaries(*map(strategy, inner), max_size=2)
+    elif isinstance(kind, type) and issubclass(kind, Enum):
+        found = st.sampled_from(kind)
     elif origin is Literal:
         found = st.sampled_from(inner)
     else:
@@ -216,7 +222,7 @@ def test_whole_numbers_of_numpy_stay_whole() -> None:
 
 
 def test_an_unknown_number_is_nan_and_null() -> None:
-    goal = m.GoalValue(1, "home()", "me", "running", math.nan)
+    goal = m.GoalValue(1, "home()", "me", Status.RUNNING, math.nan)
     packed = msgspec.msgpack.decode(framing.encode_packed(goal), type=m.GoalValue)
     assert math.isnan(packed.progress)
     assert b'"progress":null' in framing.encode_json(goal)

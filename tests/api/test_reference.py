@@ -10,6 +10,7 @@ from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.kinematics import Pose
 from bioscara.robot import tasks
+from bioscara.sim.bench import FAULTS
 
 
 def test_the_committed_reference_is_current() -> None:
@@ -34,3 +35,7 @@ def test_the_schema_has_every_kind_of_message() -> None:
     encoded = json.loads(framing.encode_json(request))
     assert set(encoded) == set(kinds["ClientRequest"]["properties"])
     assert set(encoded["command"]["task"]) == set(kinds["MoveTo"]["properties"])
+
+
+def test_the_faults_of_the_messages_are_those_of_the_simulated_arm() -> None:
+    assert set(m.SIMULATED_FAULTS) == set(FAULTS)

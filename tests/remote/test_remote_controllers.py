@@ -29,7 +29,7 @@ from client_controllers import (
     parameter_file,
     site,
 )
-from served import NAME, eventually
+from served import NAME, events_since, eventually
 
 
 @pytest.fixture
@@ -95,11 +95,7 @@ def test_a_client_without_the_lease_can_read_and_not_change_anything(left: Site)
 
 def texts(left: Site) -> list[str]:
     """Return the texts of all events of the owner."""
-    found, number = [], 0
-    while (event := left.served.owner.events.after(number)) is not None:
-        number = event.number
-        found.append(event.text)
-    return found
+    return [event.text for event in events_since(left.served, 0)]
 
 
 def test_controllers_of_a_connected_client_are_its_own_and_those_of_one_that_left_are_taken(

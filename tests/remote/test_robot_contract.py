@@ -61,7 +61,7 @@ from processes import wait_until
 from served import HALF, NAME, arm_served, eventually
 from simulated import NAMES
 
-WITHOUT_OWNER = {"bus", "clock", "joints", "arm", "simulated", "connect", "on_bus"}
+WITHOUT_OWNER = {"bus", "clock", "joints", "runner", "simulated", "connect", "on_bus"}
 """Names of a robot in this process alone."""
 CLIENT = {"acquire_lease", "release_lease"}
 """Names of a client alone."""

@@ -7,21 +7,18 @@ from collections.abc import Iterator
 import pytest
 
 from bioscara import LeaseError, MotionCancelledError, Robot
-from bioscara.server.serve import Served, ServeSettings, serving
+from bioscara.server.serve import Served
+from served import NAME, arm_served
 
 
 @pytest.fixture(scope="module")
 def arm() -> Iterator[Served]:
-    with serving(
-        Robot.simulated(), ServeSettings("shared", "sim", real_time_factor=50.0)
-    ) as served:
-        served.robot.home()
-        served.robot.unfold()
+    with arm_served() as served:
         yield served
 
 
 def test_the_second_program_can_read_and_not_command(arm: Served) -> None:
-    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
         first.enable()
         assert second.is_enabled
         with pytest.raises(LeaseError, match="commands the arm") as refused:
@@ -32,19 +29,22 @@ def test_the_second_program_can_read_and_not_command(arm: Served) -> None:
 
 
 def test_a_stop_of_another_program_ends_the_motion_and_the_lease(arm: Served) -> None:
-    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
         second.stop()
         with pytest.raises(MotionCancelledError):
             motion.result(timeout=20.0)
-        with pytest.raises(LeaseError, match="stopped all motion"):
-            first.move_relative(z=-0.01)
+        goals = arm.owner.goals.last
+        for call in (first.enable, first.disable, lambda: first.jog(lambda: None)):
+            with pytest.raises(LeaseError, match=r"stopped all motion.* acquire_lease"):
+                call()
+        assert arm.owner.goals.last == goals
         first.acquire_lease()
         first.move_relative(z=-0.01)
 
 
 def test_a_pause_is_lifted_by_its_program_or_by_the_one_that_commands(arm: Served) -> None:
-    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
         motion = first.move_relative(z=-0.05, velocity_scaling=0.5, wait=False)
         second.pause()
         second.resume()
@@ -59,26 +59,28 @@ def test_a_pause_is_lifted_by_its_program_or_by_the_one_that_commands(arm: Serve
 
 
 def test_without_a_commander_a_program_that_resumes_takes_the_lease(arm: Served) -> None:
-    with Robot.connect("arm:shared") as first:
+    with Robot.connect(f"arm:{NAME}") as first:
         first.pause()
-    with Robot.connect("arm:shared") as second:
+    with Robot.connect(f"arm:{NAME}") as second:
         second.resume()
         second.move_relative(z=-0.01, timeout=20.0)
 
 
 def test_a_takeover_stops_the_other_program(arm: Served) -> None:
-    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
         second.acquire_lease(force=True)
         with pytest.raises(MotionCancelledError):
             motion.result(timeout=20.0)
         with pytest.raises(LeaseError, match="took the lease over"):
             first.disable()
+        with pytest.raises(LeaseError, match="commands the arm"):
+            first.acquire_lease()
         second.disable()
 
 
 def test_leaving_stops_what_the_program_began(arm: Served) -> None:
-    with Robot.connect("arm:shared") as first:
+    with Robot.connect(f"arm:{NAME}") as first:
         first.enable()
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
     assert motion.done

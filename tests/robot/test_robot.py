@@ -17,10 +17,8 @@ from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
     BioscaraError,
     FaultedError,
-    GoalRejectedError,
     GripperError,
     HomingError,
-    InvalidArgumentError,
     MotionCancelledError,
     MotionTimeoutError,
     NotHomedError,
@@ -34,7 +32,6 @@ from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.connection.devices import simulated_devices
-from bioscara.robot.operations.motions.home import Home
 from bioscara.sim import BenchBus, FirmwareBus
 from flight_records import read_record
 from simulated import home_error, simulated_robot
@@ -186,8 +183,9 @@ def test_the_error_of_an_observer_is_raised_once_the_arm_is_at_rest(
     assert homed.robot.faults == ()
 
 
-@pytest.mark.parametrize("end", [None, KeyboardInterrupt])
-@pytest.mark.parametrize("cycles", [1, 30, 80, 150])
+@pytest.mark.parametrize(
+    ("cycles", "end"), [(1, None), (30, KeyboardInterrupt), (80, None), (150, KeyboardInterrupt)]
+)
 def test_pln5_every_aborted_motion_ramps_down_to_rest(
     homed: Scene, cycles: int, end: type[BaseException] | None
 ) -> None:
@@ -220,25 +218,6 @@ def test_the_chosen_speed_holds_from_the_first_cycle_of_a_motion(homed: Scene) -
         assert 0.0 < fastest <= 0.1 * joint.max_velocity * 1.02
 
 
-def test_a_motion_at_speed_zero_does_not_begin(homed: Scene) -> None:
-    before = [homed.arm.position(name) for name in NAMES]
-    homed.robot.speed_override = 0.0
-    with pytest.raises(MotionTimeoutError):
-        homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), timeout=2.0)
-    assert [homed.arm.position(name) for name in NAMES] == pytest.approx(before, abs=2e-3)
-
-
-def test_homing_with_an_invalid_timeout_moves_nothing(scene: Scene) -> None:
-    scene.robot.enable()
-    before = [scene.arm.position(name) for name in NAMES]
-    with pytest.raises(InvalidArgumentError, match=r"timeout -1 s must be above zero"):
-        scene.robot.home(timeout=-1.0)
-    for _ in range(50):
-        assert scene.robot.state
-        scene.arm.run(0.021)
-    assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-4)
-
-
 def test_the_tool_speed_is_limited_unless_reduced_speed_is_off(homed: Scene) -> None:
     goal = (-0.5, 0.30, 0.5, 0.5)
 
@@ -260,12 +239,6 @@ def test_the_tool_speed_is_limited_unless_reduced_speed_is_off(homed: Scene) -> 
     assert fastest() > 0.4
 
 
-def test_sim_names_an_arm_that_is_simulated_in_this_process(tmp_path: Path) -> None:
-    with Robot.connect("sim", evidence=tmp_path) as robot:
-        assert "in this process" in robot.description
-        assert len(robot.joints) == 4
-
-
 @pytest.mark.parametrize("v1", [False, True])
 def test_a_simulated_arm_may_start_homed_until_its_joints_restart(v1: bool, tmp_path: Path) -> None:
     devices = simulated_devices(ARM, v1=v1, seed=3, homed=True)
@@ -280,37 +253,6 @@ def test_a_simulated_arm_may_start_homed_until_its_joints_restart(v1: bool, tmp_
     arm.run(1.0)
     with Robot(FirmwareBus(arm), arm.clock, ARM, "simulated", evidence=tmp_path) as second:
         assert [joint.name for joint in second.joints if not joint.is_homed()] == ["j3"]
-
-
-def test_the_jaws_reach_the_commanded_width(homed: Scene, tmp_path: Path) -> None:
-    with Robot.simulated(evidence=tmp_path) as robot:
-        assert math.isnan(robot.gripper.width)
-        result = robot.gripper.move(0.06).result()
-        assert result.reached_goal
-        assert robot.gripper.width == pytest.approx(0.06, abs=1e-5)
-        with pytest.raises(GoalRejectedError, match=r"0\.5 m is outside 0\.04 \.\. 0\.112 m"):
-            robot.gripper.move(0.5)
-        robot.gripper.disable()
-        assert math.isnan(robot.gripper.width)
-
-
-@pytest.mark.parametrize("width", [0.06, 0.052])
-def test_a_width_that_cannot_be_stored_is_refused_and_the_grip_holds(
-    width: float, tmp_path: Path
-) -> None:
-    with Robot.simulated(evidence=tmp_path) as robot:
-        robot.gripper.move(0.05)
-        pulse = robot._servo.pulse()  # type: ignore[attr-defined]
-        file = robot.runner.arm.session.gripper._gripper._file
-        full = file.with_name(file.name + ".new")
-        full.mkdir()
-        with pytest.raises(GripperError, match="width cannot be kept"):
-            robot.gripper.move(width)
-        assert robot._servo.pulse() == pulse  # type: ignore[attr-defined]
-        assert robot.faults == ()
-        full.rmdir()
-        assert robot.gripper.move(width).result().reached_goal
-        assert robot.gripper.width == pytest.approx(width, abs=1e-5)
 
 
 def test_a_gripper_whose_width_was_not_stored_on_release_works_again(
@@ -340,35 +282,6 @@ def test_a_disabled_and_enabled_arm_is_still_homed(homed: Scene) -> None:
     homed.robot.enable()
     assert homed.robot.state.positions[0] == pytest.approx(START[0], abs=0.02)
     homed.robot.move_joints(START)
-
-
-def test_homing_can_be_stopped(scene: Scene) -> None:
-    count = 0
-
-    def observe(_: CycleRecord) -> None:
-        nonlocal count
-        count += 1
-        if count == 30:
-            scene.robot.stop()
-
-    with pytest.raises(MotionCancelledError, match="interrupted while homing j2"):
-        scene.robot.home(on_cycle=observe)
-    assert max(scene.speeds()) < 0.02
-    scene.robot.home()
-    assert all(math.isfinite(position) for position in scene.robot.state.positions)
-
-
-def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> None:
-    scene.robot.enable()
-    before = scene.arm.position("j2")
-    homing = Home()
-    homing.begin(scene.robot.runner.arm)
-    homing.cancel()
-    while not homing.done:
-        homing.step()
-    with pytest.raises(MotionCancelledError):
-        homing.result()
-    assert scene.arm.position("j2") == pytest.approx(before, abs=1e-4)
 
 
 def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scene) -> None:
@@ -434,34 +347,6 @@ def test_a_stall_stops_the_arm_and_is_recovered_in_three_steps(
     assert homed.robot.faults == ()
     homed.robot.move_joints(START)
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
-
-
-def test_a_fault_after_the_acknowledgement_is_not_cleared(homed: Scene, tmp_path: Path) -> None:
-    homed.arm.add_obstacle("j1", -1.7)
-    with pytest.raises(StalledError):
-        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
-    homed.robot.acknowledge()
-    homed.arm.overheat("j3")
-    homed.arm.run(0.5)
-    homed.arm.overheat("j3", False)
-    with pytest.raises(FaultedError, match=r"not acknowledged yet: OVERTEMP.*: j3"):
-        homed.robot.recover()
-    faults = homed.robot.acknowledge()
-    assert [fault.kind for fault in faults] == [FaultKind.STALL, FaultKind.OVERTEMPERATURE]
-    assert faults[1].evidence in tmp_path.glob("fault-overtemperature-*.mcap")
-    homed.robot.recover()
-    assert homed.robot.faults == ()
-    with pytest.raises(FaultedError, match="no fault to recover from"):
-        homed.robot.recover()
-
-
-def test_all_faults_before_the_acknowledgement_are_acknowledged(homed: Scene) -> None:
-    homed.arm.add_obstacle("j1", -1.7)
-    with pytest.raises(StalledError):
-        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
-    homed.arm.overheat("j3")
-    homed.arm.run(0.5)
-    assert [fault.source for fault in homed.robot.acknowledge()] == ["j1", "j3"]
 
 
 def test_usr3_after_a_pause_the_state_is_current(tmp_path: Path) -> None:
@@ -541,15 +426,6 @@ def test_pln1_limits_hold_for_random_targets(goal: tuple[float, ...]) -> None:
 
 def _grid(trajectory: Trajectory) -> Iterator[float]:
     return (trajectory.duration * step / 200 for step in range(201))
-
-
-def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> None:
-    from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
-
-    stack = scene.robot.runner.arm.stack
-    trajectory = point_to_point(NAMES, START, START, ARM.joints)
-    with pytest.raises(GoalRejectedError, match="inactive"):
-        stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)
 
 
 def test_a_closed_robot_says_what_to_do_and_shows_it(tmp_path: Path) -> None:

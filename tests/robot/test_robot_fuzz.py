@@ -30,7 +30,7 @@ TRACKED = (Register.TRACK, Register.TRACKLOAD)
 BY_ADDRESS = {joint.address: joint for joint in ARM.joints}
 CENTRE = (-0.5, 0.3, 0.5, 0.5)
 FIRST = int(os.environ.get("BIOSCARA_FUZZ_FIRST", "0"))
-SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_FUZZ_SEEDS", "3")))
+SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_FUZZ_SEEDS", "2")))
 CALLS = 6
 STANDING = 0.02
 """Share of the highest speed below which a joint counts as standing."""

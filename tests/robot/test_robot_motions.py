@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from bioscara.errors import (
     InvalidArgumentError,
     LifecycleError,
     MotionCancelledError,
-    NotHomedError,
     UnreachableError,
     ZoneError,
 )
@@ -62,11 +60,6 @@ def follow(robot: Robot, plan: object) -> np.ndarray:
 
 def near(pose: Pose, expected: Pose) -> bool:
     return math.dist(pose[:3], expected[:3]) < 2e-3 and abs(pose.yaw - expected.yaw) < 5e-3
-
-
-def test_a_pose_is_reached(robot: Robot) -> None:
-    robot.move_to(HERE)
-    assert near(robot.pose, HERE)
 
 
 def test_a_line_is_a_line(robot: Robot) -> None:
@@ -122,13 +115,13 @@ def test_a_reduced_blend_is_reported(robot: Robot) -> None:
         (Pose(math.nan, 0.0, 0.2), InvalidArgumentError, "finite"),
     ],
 )
-@pytest.mark.parametrize("how", ["move_to", "move_linear"])
 def test_an_unreachable_pose_is_refused_and_nothing_moves(
-    robot: Robot, how: str, pose: Pose, error: type[Exception], complaint: str
+    robot: Robot, pose: Pose, error: type[Exception], complaint: str
 ) -> None:
     before = robot.state.positions
-    with pytest.raises(error, match=complaint):
-        getattr(robot, how)(pose)
+    for move in (robot.move_to, robot.move_linear):
+        with pytest.raises(error, match=complaint):
+            move(pose)
     assert robot.state.positions == pytest.approx(before, abs=1e-4)
 
 
@@ -443,21 +436,6 @@ def test_a_mounted_tool_is_as_the_table_has_it(robot: Robot) -> None:
     finally:
         robot.tool = "fingers"
         robot.table = table
-
-
-def test_a_plan_moves_nothing(robot: Robot) -> None:
-    before = robot.state.positions
-    plan = robot.plan.move_to(Pose(0.4, 0.2, 0.2))
-    assert plan.trajectory.duration > 0.5
-    assert robot.state.positions == pytest.approx(before, abs=1e-4)
-
-
-def test_an_arm_that_is_not_homed_has_no_pose(tmp_path: Path) -> None:
-    with Robot.simulated(evidence=tmp_path) as robot:
-        with pytest.raises(NotHomedError, match="not homed"):
-            _ = robot.pose
-        with pytest.raises(NotHomedError):
-            robot.move_to(HERE)
 
 
 def test_raw_setpoints_keep_clear_of_the_planner_scene(robot: Robot) -> None:

@@ -23,7 +23,7 @@ class World:
 
     def __init__(self, folder: Path) -> None:
         self.robot: Any
-        self.arm, _, self.robot = simulated_robot(folder, seed=4)
+        self.arm, _, self.robot = simulated_robot(folder, seed=4, homed=True, at=HALF)
         self._before: list[float] = []
 
     def where(self) -> list[float]:
@@ -53,7 +53,6 @@ class World:
 def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
     made = World(tmp_path_factory.mktemp("evidence"))
     with made.robot:
-        made.robot.home()
         made.robot.move_joints(HALF)
         yield made
 

@@ -13,7 +13,7 @@ import pytest
 from bioscara.errors import BusyError, LeaseError, NotInitializedError
 from bioscara.remote import RemoteRobot, remote_robot
 from processes import environment, wait_for_line
-from served import NAME, eventually
+from served import NAME, events_since, eventually
 from server.endings import PROGRAM, WAYS, Plant, Way, plant
 
 Start = Callable[..., subprocess.Popen[str]]
@@ -184,8 +184,5 @@ def test_the_end_of_a_program_is_told_apart_from_its_silence(start: Start, arm: 
     program = moving(start, cold=True)
     kill(program)
     eventually(lambda: not arm.served.owner.goals.running, 1.0)
-    texts = []
-    while (event := arm.served.owner.events.after(last)) is not None:
-        last = event.number
-        texts.append(event.text)
+    texts = [event.text for event in events_since(arm.served, last)]
     assert any(f"[{program.pid}] has ended, and its lease with it" in text for text in texts)

@@ -34,6 +34,7 @@ from served import (
     NAME,
     RawClient,
     arm_served,
+    events_since,
     eventually,
     memory_of,
     own_robot,
@@ -173,7 +174,9 @@ def test_the_goal_of_a_client_that_fell_silent_ends_as_it_said(
         else:
             eventually(lambda: not arm.owner.goals.running, 5.0, "it stops")
         said = "lapsed" if number == signal.SIGSTOP else "has ended, and its lease with it"
-        assert any(event.what == "lease" and said in event.text for event in after(arm, last))
+        assert any(
+            event.what == "lease" and said in event.text for event in events_since(arm, last)
+        )
         with RawClient("next") as other:
             # Another one may command now, and stop the goal.
             epoch = other.acquire()
@@ -182,14 +185,6 @@ def test_the_goal_of_a_client_that_fell_silent_ends_as_it_said(
             other.request(m.ReleaseLease(), epoch)
     finally:
         client.send_signal(signal.SIGCONT)
-
-
-def after(arm: Served, number: int) -> list[m.Event]:
-    found = []
-    while (event := arm.owner.events.after(number)) is not None:
-        found.append(event)
-        number = event.number
-    return found
 
 
 def test_a_client_that_was_stopped_commands_nothing_when_it_goes_on(

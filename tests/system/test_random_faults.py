@@ -19,7 +19,7 @@ from simulated import clock_is_held, simulated_robot, turn_by_hand
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
-SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "12")))
+SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "8")))
 
 
 class Scene:

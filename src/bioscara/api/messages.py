@@ -12,12 +12,17 @@ a speed without a limit is infinite, and null in JSON, where a client leaves it 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar, Literal
 
 import msgspec
 
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory.goal_messages import Goal, JointTrajectory, Point
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import FaultState
+from bioscara.hardware.component import LifecycleState
 from bioscara.kinematics import Pose
 from bioscara.model import ArmParameters
 from bioscara.planning import Sample
@@ -27,6 +32,7 @@ from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.report import CycleRecord
 from bioscara.robot import tasks
+from bioscara.robot.operations.running import Status
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Task
 from bioscara.robot.tasks.workspace import WorkspaceChange
@@ -41,6 +47,49 @@ NAME_MAX = 64
 
 OnLeaseLoss = Literal["stop", "finish"]
 """Reaction of a goal when the lease of its client lapses."""
+EventKind = Literal[
+    "goal_accepted",
+    "goal_ended",
+    "fault",
+    "acknowledged",
+    "faults_cleared",
+    "warning",
+    "unconfirmed",
+    "lease",
+    "stop",
+    "pause",
+    "resume",
+    "workspace",
+    "parameters",
+    "controllers",
+    "gateway",
+    "client",
+    "speed_override",
+    "simulation",
+    "report",
+    "owner",
+    "gap",
+]
+"""What happened. ``acknowledged`` is a fault with its evidence; ``gap`` are events that are not
+kept any more, in number up to its own."""
+
+
+def _one_of(names: Iterable[str]) -> msgspec.Meta:
+    """Return the metadata of a name: who uses it refuses others, with the names that there are."""
+    return msgspec.Meta(extra_json_schema={"enum": list(names)})
+
+
+FaultName = Annotated[str, _one_of(kind.name for kind in FaultKind)]
+"""Name of a kind of fault."""
+LifecycleName = Annotated[str, _one_of(state.label for state in LifecycleState)]
+"""Name of the lifecycle state of a controller or hardware component."""
+SIMULATED_FAULTS = (
+    *("reset", "power", "hang", "overheat", "freeze_encoder", "obstacle", "clear_obstacles"),
+    *("push", "supply", "brown_out", "bus_flips", "bus_loss", "bus_stuck", "clear"),
+)
+"""Names of the faults of a simulated arm, and of what ends them."""
+SimulatedFaultName = Annotated[str, _one_of(SIMULATED_FAULTS)]
+"""One of these."""
 
 
 class ApiMessage(msgspec.Struct, frozen=True, tag_field="kind", tag=True):
@@ -136,7 +185,7 @@ class FaultValue(Value, frozen=True):
         evidence: Name of its flight record, once that is written; else null.
     """
 
-    fault: str
+    fault: FaultName
     source: str
     text: str
     cause: FailureValue
@@ -235,7 +284,7 @@ class GoalValue(Value, frozen=True):
     goal: int
     name: str
     client: str
-    status: str
+    status: Status
     progress: float
     failure: FailureValue | None = None
     gripper: GripperValue | None = None
@@ -246,7 +295,7 @@ class GoalValue(Value, frozen=True):
     @property
     def done(self) -> bool:
         """Whether it has ended."""
-        return self.status in {"succeeded", "cancelled", "failed"}
+        return self.status in {Status.SUCCEEDED, Status.CANCELLED, Status.FAILED}
 
 
 class LeaseValue(Value, frozen=True):
@@ -438,56 +487,45 @@ class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity")
     tool: ToolVelocity | None = None
 
 
-class EndJog(Command, frozen=True, tag="end_jog"):
+class GoalCommand(Command, frozen=True):
+    """Base of the commands to a goal."""
+
+    scope = Scope.OPERATE
+    needs_lease = True
+
+    goal: int
+
+
+class EndJog(GoalCommand, frozen=True, tag="end_jog"):
     """End a jog; it succeeds once the arm is at rest.
 
     Attributes:
         goal: Its number.
     """
 
-    scope = Scope.OPERATE
-    needs_lease = True
 
-    goal: int
-
-
-class Cancel(Command, frozen=True, tag="cancel"):
+class Cancel(GoalCommand, frozen=True, tag="cancel"):
     """Bring a goal to rest and end it.
 
     Attributes:
         goal: Its number.
     """
 
-    scope = Scope.OPERATE
-    needs_lease = True
 
-    goal: int
-
-
-class PauseGoal(Command, frozen=True, tag="pause_goal"):
+class PauseGoal(GoalCommand, frozen=True, tag="pause_goal"):
     """Pause a goal on its path.
 
     Attributes:
         goal: Its number.
     """
 
-    scope = Scope.OPERATE
-    needs_lease = True
 
-    goal: int
-
-
-class ResumeGoal(Command, frozen=True, tag="resume_goal"):
+class ResumeGoal(GoalCommand, frozen=True, tag="resume_goal"):
     """Continue a paused goal.
 
     Attributes:
         goal: Its number.
     """
-
-    scope = Scope.OPERATE
-    needs_lease = True
-
-    goal: int
 
 
 class Pause(Command, frozen=True, tag="pause"):
@@ -554,7 +592,7 @@ class SimulateFault(Command, frozen=True, tag="simulate_fault"):
     scope = Scope.OPERATE
     slow = True
 
-    fault: str
+    fault: SimulatedFaultName
     joint: str = ""
     value: float | None = None
 
@@ -584,7 +622,14 @@ class MakePlan(Query, frozen=True, tag="make_plan"):
     motion: Motion
 
 
-class LoadController(Command, frozen=True, kw_only=True, tag="load_controller"):
+class ControllerCommand(Command, frozen=True):
+    """Base of the commands to controllers of clients, and to hardware."""
+
+    needs_lease = True
+    slow = True
+
+
+class LoadController(ControllerCommand, frozen=True, kw_only=True, tag="load_controller"):
     """Create a controller, as ros2_control does; answered by :class:`Done`, and nothing moves.
 
     Attributes:
@@ -593,54 +638,42 @@ class LoadController(Command, frozen=True, kw_only=True, tag="load_controller"):
         parameters: Its parameters, as in its section of a parameter file of ROS.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
     type: str
     parameters: dict[str, Any] = {}
 
 
-class ConfigureController(Command, frozen=True, tag="configure_controller"):
+class ConfigureController(ControllerCommand, frozen=True, tag="configure_controller"):
     """Make a controller of a client inactive; answered by :class:`Done`.
 
     Attributes:
         name: Its name.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
 
 
-class CleanupController(Command, frozen=True, tag="cleanup_controller"):
+class CleanupController(ControllerCommand, frozen=True, tag="cleanup_controller"):
     """Make an inactive controller of a client unconfigured; answered by :class:`Done`.
 
     Attributes:
         name: Its name.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
 
 
-class UnloadController(Command, frozen=True, tag="unload_controller"):
+class UnloadController(ControllerCommand, frozen=True, tag="unload_controller"):
     """Remove a controller of a client; answered by :class:`Done`.
 
     Attributes:
         name: Its name.
     """
 
-    needs_lease = True
-    slow = True
-
     name: str
 
 
-class SwitchControllers(Command, frozen=True, tag="switch_controllers"):
+class SwitchControllers(ControllerCommand, frozen=True, tag="switch_controllers"):
     """Change which controllers of clients are active; answered by :class:`Switched`.
 
     The first one that commands the arm or the gripper begins a goal, which lasts as long as one is
@@ -652,15 +685,12 @@ class SwitchControllers(Command, frozen=True, tag="switch_controllers"):
         strict: Whether one that cannot be switched refuses all.
     """
 
-    needs_lease = True
-    slow = True
-
     activate: tuple[str, ...] = ()
     deactivate: tuple[str, ...] = ()
     strict: bool = True
 
 
-class SetHardwareState(Command, frozen=True, tag="set_hardware_state"):
+class SetHardwareState(ControllerCommand, frozen=True, tag="set_hardware_state"):
     """Bring a hardware component to a lifecycle state; answered by :class:`HardwareState`.
 
     Attributes:
@@ -668,11 +698,8 @@ class SetHardwareState(Command, frozen=True, tag="set_hardware_state"):
         state: ``unconfigured``, ``inactive``, ``active`` or ``finalized``.
     """
 
-    needs_lease = True
-    slow = True
-
     component: str
-    state: str
+    state: LifecycleName
 
 
 class AddGoalPoints(Command, frozen=True, kw_only=True, tag="add_goal_points"):
@@ -689,7 +716,7 @@ class AddGoalPoints(Command, frozen=True, kw_only=True, tag="add_goal_points"):
     upload: int = 0
 
 
-class FollowGoal(Command, frozen=True, kw_only=True, tag="follow_goal"):
+class FollowGoal(ControllerCommand, frozen=True, kw_only=True, tag="follow_goal"):
     """Send a goal to a trajectory controller of a client; answered by :class:`ControllerGoal`.
 
     Attributes:
@@ -698,15 +725,12 @@ class FollowGoal(Command, frozen=True, kw_only=True, tag="follow_goal"):
         upload: Number of the upload with the points before its own; 0 for none.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     goal: Goal
     upload: int = 0
 
 
-class StreamTrajectory(Command, frozen=True, kw_only=True, tag="stream_trajectory"):
+class StreamTrajectory(ControllerCommand, frozen=True, kw_only=True, tag="stream_trajectory"):
     """Replace the trajectory of a trajectory controller, without a goal; answered by :class:`Done`.
 
     Attributes:
@@ -715,15 +739,12 @@ class StreamTrajectory(Command, frozen=True, kw_only=True, tag="stream_trajector
         upload: Number of the upload with the points before its own; 0 for none.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     trajectory: JointTrajectory
     upload: int = 0
 
 
-class SendGripperGoal(Command, frozen=True, tag="send_gripper_goal"):
+class SendGripperGoal(ControllerCommand, frozen=True, tag="send_gripper_goal"):
     """Send a goal to a gripper controller of a client; answered by :class:`ControllerGoal`.
 
     Attributes:
@@ -731,14 +752,11 @@ class SendGripperGoal(Command, frozen=True, tag="send_gripper_goal"):
         goal: The goal.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     goal: GripperGoal
 
 
-class TriggerHoming(Command, frozen=True, tag="trigger_homing"):
+class TriggerHoming(ControllerCommand, frozen=True, tag="trigger_homing"):
     """Home one joint by a homing controller of a client, or stop that; answered by :class:`Done`.
 
     Attributes:
@@ -746,9 +764,6 @@ class TriggerHoming(Command, frozen=True, tag="trigger_homing"):
         joint: The joint.
         command: Its sign is the direction; 0 stops.
     """
-
-    needs_lease = True
-    slow = True
 
     controller: str
     joint: str
@@ -769,7 +784,7 @@ class CommandController(Command, frozen=True, tag="command_controller"):
     values: tuple[float, ...]
 
 
-class CancelControllerGoal(Command, frozen=True, tag="cancel_controller_goal"):
+class CancelControllerGoal(ControllerCommand, frozen=True, tag="cancel_controller_goal"):
     """Cancel a goal of a controller; does nothing if it has ended. Answered by :class:`Done`.
 
     Attributes:
@@ -777,14 +792,11 @@ class CancelControllerGoal(Command, frozen=True, tag="cancel_controller_goal"):
         goal: Number of the goal.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     goal: int
 
 
-class SetControllerScaling(Command, frozen=True, tag="set_controller_scaling"):
+class SetControllerScaling(ControllerCommand, frozen=True, tag="set_controller_scaling"):
     """Choose the share of the planned speed of a trajectory controller; answered by :class:`Done`.
 
     Attributes:
@@ -792,14 +804,11 @@ class SetControllerScaling(Command, frozen=True, tag="set_controller_scaling"):
         factor: The share; 0 pauses. The arm's own speed override applies too.
     """
 
-    needs_lease = True
-    slow = True
-
     controller: str
     factor: float
 
 
-class SetControllerParameters(Command, frozen=True, tag="set_controller_parameters"):
+class SetControllerParameters(ControllerCommand, frozen=True, tag="set_controller_parameters"):
     """Change parameters of a trajectory controller that may change; answered by :class:`Done`.
 
     Attributes:
@@ -807,9 +816,6 @@ class SetControllerParameters(Command, frozen=True, tag="set_controller_paramete
         parameters: By the names of ros2_controllers, each as a whole: those of one joint in
             ``gains`` are all of its gains, and a joint that is left out has the defaults.
     """
-
-    needs_lease = True
-    slow = True
 
     controller: str
     parameters: dict[str, Any]
@@ -1276,7 +1282,7 @@ class SimulatedFaultValue(Value, frozen=True):
         since: When it began, on the arm's clock.
     """
 
-    fault: str
+    fault: SimulatedFaultName
     joint: str
     value: float
     since: float
@@ -1337,7 +1343,7 @@ class FaultList(Result, frozen=True, tag="fault_list"):
         warnings: The latest events that stopped nothing.
     """
 
-    state: str
+    state: FaultState
     faults: tuple[FaultValue, ...]
     warnings: tuple[str, ...]
 
@@ -1468,7 +1474,7 @@ class ControllerValue(Value, frozen=True):
 
     name: str
     type: str
-    state: str
+    state: LifecycleName
     update_rate: float
     claimed: tuple[str, ...]
     commands: tuple[str, ...]
@@ -1491,7 +1497,7 @@ class ComponentValue(Value, frozen=True):
     name: str
     type: str
     plugin: str
-    state: str
+    state: LifecycleName
     rate: int
     commands: tuple[InterfaceValue, ...]
     states: tuple[InterfaceValue, ...]
@@ -1564,7 +1570,7 @@ class HardwareState(Result, frozen=True, tag="hardware_state"):
     """
 
     component: str
-    state: str
+    state: LifecycleName
 
 
 class ControllerGoal(Result, frozen=True, tag="controller_goal"):
@@ -1662,7 +1668,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     pose: Pose | None
     width: float
     enabled: bool
-    fault: str
+    fault: FaultState
     paused: bool
     speed_override: float
     moving: tuple[str, ...]
@@ -1759,11 +1765,7 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
         number: Counted from 1 since the owner began.
         time: When, on the arm's clock.
         wall: When, in seconds since 1970.
-        what: ``goal_accepted``, ``goal_ended``, ``fault``, ``acknowledged`` with a fault and
-            its evidence, ``faults_cleared``, ``warning``, ``lease``, ``stop``, ``pause``,
-            ``resume``, ``workspace``, ``parameters``, ``controllers``, ``gateway``, ``client``,
-            ``speed_override``, ``simulation``, ``report`` or ``owner``; or ``gap`` for events
-            that are not kept any more, in number up to its own.
+        what: Its kind.
         text: A sentence for people.
         client: The client that caused it; empty if none did.
         goal: The goal that it concerns, as it is then; else null.
@@ -1774,7 +1776,7 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
     number: int
     time: float
     wall: float
-    what: str
+    what: EventKind
     text: str
     client: str = ""
     goal: GoalValue | None = None
@@ -1862,7 +1864,7 @@ class EndedGoal(Value, frozen=True):
 
     goal: int
     controller: str
-    status: str
+    status: GoalStatus
     error_code: int
     text: str
     gripper: GripperValue | None = None

@@ -2,8 +2,8 @@
 
 ``bus`` is the interface; then one file per kind of bus: ``linux`` the real one (``diagnosis``
 explains its errors, ``user`` names the program that has it), ``tracing`` writes and replays a
-``trace``, ``faults`` corrupts transactions by ``injection``. ``select`` opens one by its name. A
-bus knows addresses and bytes, never registers or joints.
+``trace``, ``faults`` corrupts transactions by ``injection``. ``select`` opens one by its name.
+A bus knows addresses and bytes, never registers or joints.
 """
 
 from bioscara.bus.bus import ADDRESSES as ADDRESSES

@@ -36,7 +36,7 @@ from bioscara.errors import (
     ZoneError,
 )
 from bioscara.extras import install
-from bioscara.model import ArmParameters, JointParameters
+from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.collision.scene import Scene
@@ -81,7 +81,7 @@ def _plan_for_owner(job: Job, options: Options) -> Plan:
             workspace = workspace.with_reduced_speed(False)
         joints, positions = robot.parameters.joints, robot.state.positions
     here = [
-        _homed_at(joint) if math.isnan(position) else position
+        joint.home_position if math.isnan(position) else position
         for joint, position in zip(joints, positions, strict=True)
     ]
     return checked(job.trajectory, Planner(workspace, lambda: here))
@@ -151,7 +151,7 @@ def prepare(
         trajectory, factor = stretch(trajectory, parameters.joints)
         if factor > 1.0:
             notes += (f"stretched in time by {factor:.4f} to fit the limits",)
-    homed = [_homed_at(joint) for joint in parameters.joints]
+    homed = [joint.home_position for joint in parameters.joints]
     planner = Planner(
         Workspace.of(parameters, reduced_speed=not full_speed).with_scene(scene), lambda: homed
     )
@@ -168,11 +168,6 @@ def prepare(
         planned = trajectory.completed(planner.joint_names, homed)
         return Job(title, source, trajectory, planned, notes, scene)
     return Job(title, source, trajectory, plan.trajectory, notes + plan.notes, scene)
-
-
-def _homed_at(joint: JointParameters) -> float:
-    """Return where homing leaves a joint [rad or m]."""
-    return joint.upper if joint.homing.velocity > 0.0 else joint.lower
 
 
 class _Result(NamedTuple):

@@ -13,6 +13,7 @@ from bioscara.api import messages as m
 from bioscara.api import runtime
 from bioscara.cli.parser import Options
 from bioscara.cli.shared_arguments import ARM_VARIABLE
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import InvalidArgumentError, OwnerError, OwnerLostError
 from bioscara.remote.link import OwnerLink
 
@@ -65,8 +66,8 @@ def state_words(state: m.StateSample) -> str:
     words = ["enabled" if state.enabled else "disabled"]
     if any(map(math.isnan, state.positions)):
         words.append("unknown" if state.stale else "not homed")
-    if state.fault != "clear":
-        words.insert(0, f"fault {state.fault}")
+    if state.fault is not FaultState.CLEAR:
+        words.insert(0, f"fault {state.fault.value}")
     if state.paused:
         # A recording of an older version does not have the names.
         authors = f" by {', '.join(state.paused_by)}" if state.paused_by else ""

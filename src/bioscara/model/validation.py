@@ -270,7 +270,8 @@ def parsed(kind: Any, value: Any) -> Any:
         return value if type(value) in inner else parsed(inner[0], value)
     if origin is Literal:
         expected = " or ".join(map(repr, inner)).replace(" or ", ", ", max(len(inner) - 2, 0))
-        _require(value in inner, f"{described(value)} is not a valid name; it must be {expected}")
+        known = isinstance(value, str) and value in inner
+        _require(known, f"{described(value)} is not a valid name; it must be {expected}")
         return value
     if origin is None:
         return value if kind is Any else _scalar(kind, value)

@@ -137,7 +137,7 @@ class RemoteOperation(Running[T]):
         return self._finished.is_set()
 
     def _stage(self) -> Status:
-        return Status(self._now().status)
+        return self._now().status
 
     @property
     def progress(self) -> float:

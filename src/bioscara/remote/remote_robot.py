@@ -620,7 +620,7 @@ class RemoteRobot(ArmMethods):
             sample = self._sample()
         except BioscaraError as error:
             return f"<RemoteRobot {self._name}, {error}>"
-        if sample.fault != FaultState.CLEAR.value:
+        if sample.fault is not FaultState.CLEAR:
             return f"<RemoteRobot {self._name}, stopped by a fault: {self.faults[0]}>"
         if sample.moving:
             return f"<RemoteRobot {self._name}, busy: {', '.join(sample.moving)}>"

@@ -8,13 +8,13 @@ load is in percent, flags are the number as in the protocol; an empty cell is an
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from math import isnan
 from pathlib import Path
 from typing import Self
 
 from bioscara.report.cycles import CycleRecord, JointRecord
+from bioscara.whole_files import AppendedFile
 
 ROW_BYTES = 420
 """Size of a row of four joints [bytes], to estimate in advance whether the disk has room."""
@@ -54,12 +54,11 @@ class SampleWriter:
     """
 
     def __init__(self, path: Path, joint_names: Sequence[str]) -> None:
-        self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
-        self._size = 0
+        self._file = AppendedFile(path)
         try:
-            self._append(header(joint_names) + "\n")
+            self._file.write(f"{header(joint_names)}\n".encode())
         except OSError:
-            os.close(self._file)
+            self._file.close()
             path.unlink()
             raise
 
@@ -70,29 +69,17 @@ class SampleWriter:
             OSError: A row does not fit; the file ends with its last complete row.
         """
         for cycle in cycles:
-            self._append(row(cycle) + "\n")
+            self._file.write(f"{row(cycle)}\n".encode())
 
     def close(self) -> None:
         """Close the file; may be called twice."""
-        if self._file >= 0:
-            os.close(self._file)
-            self._file = -1
+        self._file.close()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def _append(self, text: str) -> None:
-        remaining = memoryview(text.encode())
-        try:
-            while remaining:
-                remaining = remaining[os.write(self._file, remaining) :]
-        except OSError:
-            os.ftruncate(self._file, self._size)
-            raise
-        self._size += len(text)
 
 
 def _joint_cells(joint: JointRecord) -> list[str]:

@@ -351,17 +351,7 @@ class Planner:
             ZoneError: The path is not free.
         """
         goal = self.pose_of(pose, frame)
-        here = self._start_of_path()
-        tool, limits = (
-            self._tool_limits(acceleration_scaling),
-            self._slowed_limits(acceleration_scaling),
-        )
-        share = check_share(velocity_scaling, "velocity_scaling")
-        window = self.workspace.windows[0]
-        trajectory = linear(
-            self.kinematics, here, goal, limits, tool, velocity_scaling=share, window=window
-        )
-        return self._collision_free(trajectory, here, tool=tool)
+        return self._along(linear, (goal,), velocity_scaling, acceleration_scaling)
 
     def move_relative(
         self,
@@ -422,22 +412,25 @@ class Planner:
             ZoneError: The path is not free.
         """
         point, goal = self.arc_of(via, pose, frame)
-        here = self._start_of_path()
-        tool, limits = (
-            self._tool_limits(acceleration_scaling),
-            self._slowed_limits(acceleration_scaling),
-        )
-        share = check_share(velocity_scaling, "velocity_scaling")
-        window = self.workspace.windows[0]
-        trajectory = circular(
+        return self._along(circular, (point, goal), velocity_scaling, acceleration_scaling)
+
+    def _along(
+        self,
+        shape: Callable[..., Trajectory],
+        poses: tuple[Pose, ...],
+        velocity_scaling: float,
+        acceleration_scaling: float,
+    ) -> Plan:
+        """Plan along a line or an arc to poses of the tool."""
+        here, tool = self._start_of_path(), self._tool_limits(acceleration_scaling)
+        trajectory = shape(
             self.kinematics,
             here,
-            point,
-            goal,
-            limits,
+            *poses,
+            self._slowed_limits(acceleration_scaling),
             tool,
-            velocity_scaling=share,
-            window=window,
+            velocity_scaling=check_share(velocity_scaling, "velocity_scaling"),
+            window=self.workspace.windows[0],
         )
         return self._collision_free(trajectory, here, tool=tool)
 

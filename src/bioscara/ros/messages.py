@@ -22,6 +22,7 @@ from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bioscara.api import messages as m
+from bioscara.control.controllers.joint_trajectory import goal_messages
 from bioscara.planning import Sample, Trajectory
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm.frames import Transform
@@ -219,14 +220,11 @@ def gripper_result(ended: m.EndedGoal, joint: str) -> ParallelGripperCommand.Res
 
 def planned_trajectory(trajectory: Trajectory, description: RobotDescription) -> JointTrajectory:
     """Return a planned trajectory."""
-    positions = trajectory.positions.tolist()
-    nothing: list[list[float]] = [[]] * len(positions)
-    velocities = nothing if trajectory.velocities is None else trajectory.velocities.tolist()
-    accelerations = (
-        nothing if trajectory.accelerations is None else trajectory.accelerations.tolist()
-    )
-    rows = zip(trajectory.times.tolist(), positions, velocities, accelerations, strict=True)
+    points = goal_messages.JointTrajectory.of(trajectory).points
     return JointTrajectory(
         joint_names=[description.described(name) for name in trajectory.joint_names],
-        points=[point(Sample(p, v, a), time) for time, p, v, a in rows],
+        points=[
+            point(Sample(each.positions, each.velocities, each.accelerations), each.time)
+            for each in points
+        ],
     )

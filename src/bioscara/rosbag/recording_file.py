@@ -10,6 +10,7 @@ from pathlib import Path
 from mcap.writer import Writer
 
 from bioscara.rosbag.topics import Topic, definition, quality_of_service
+from bioscara.whole_files import AppendedFile
 
 CHUNK = 64 << 10
 """Size of a chunk before it is compressed [byte]."""
@@ -34,30 +35,13 @@ def is_being_written(path: Path) -> bool:
     return False
 
 
-class _WholeRecords:
-    """The output of a writer; after an error it ends with the last complete record.
-
-    Args:
-        path: The file; it must not exist.
-    """
+class _Output(AppendedFile):
+    """The output of a writer."""
 
     def __init__(self, path: Path) -> None:
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
-        self._file = os.open(path, flags, 0o644)
+        super().__init__(path, 0o644)
         # Until it is closed, also by the end of the process: see is_being_written().
         fcntl.flock(self._file, fcntl.LOCK_EX)
-        self._size = 0
-
-    def write(self, data: bytes) -> int:
-        remaining = memoryview(data)
-        try:
-            while remaining:
-                remaining = remaining[os.write(self._file, remaining) :]
-        except OSError:
-            os.ftruncate(self._file, self._size)
-            raise
-        self._size += len(data)
-        return len(data)
 
     def tell(self) -> int:
         return self._size
@@ -67,11 +51,6 @@ class _WholeRecords:
 
     def sync(self) -> None:
         os.fsync(self._file)
-
-    def close(self) -> None:
-        if self._file >= 0:
-            os.close(self._file)
-            self._file = -1
 
 
 class RecordingFile:
@@ -93,7 +72,7 @@ class RecordingFile:
         self, path: Path, topics: Iterable[Topic] = tuple(Topic), chunk: int = CHUNK
     ) -> None:
         self.path = path
-        self._output = _WholeRecords(path)
+        self._output = _Output(path)
         # Its parameter names more of a stream than it uses.
         self._writer = Writer(self._output, chunk_size=chunk)  # type: ignore[arg-type]
         try:

@@ -8,6 +8,7 @@ import signal
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
+from bioscara.api import messages as m
 from bioscara.child_process import child_command
 
 _FIRST, _LONGEST = 1.0, 60.0
@@ -33,7 +34,7 @@ class Gateways:
         self,
         commands: Sequence[tuple[str, ...]],
         arm: str,
-        announce: Callable[[str, str], object],
+        announce: Callable[[m.EventKind, str], object],
     ) -> None:
         self._commands, self._arm, self._announce = commands, arm, announce
         self._tasks: list[asyncio.Task[None]] = []

@@ -174,8 +174,7 @@ class Owner:
         self._handlers: dict[type[m.Command], Callable[[Client, Any, int], Any]] = {
             m.Start: self._start,
             m.AddPoints: lambda _, command, __: Later(
-                lambda: self._uploads.add(command.upload, trajectory_of(command.points)),
-                lambda added: added,
+                lambda: self._uploads.add(command.upload, trajectory_of(command.points))
             ),
             m.SetJogVelocity: self._set_jog_velocity,
             m.EndJog: self._end_jog,
@@ -205,14 +204,14 @@ class Owner:
             m.Report: self._report,
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
             m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
-            m.GetParameters: lambda *_: Later(self._overlay.state, lambda state: state),
-            m.GetJoints: lambda *_: Later(self._joints.ask, lambda joints: joints),
+            m.GetParameters: lambda *_: Later(self._overlay.state),
+            m.GetJoints: lambda *_: Later(self._joints.ask),
             m.SetParameters: self._set_parameters,
             m.ListControllers: lambda *_: controller_list(self._arm),
             m.ListFlightRecords: lambda *_: m.FlightRecordList(tuple(flight_records(evidence))),
             m.GetLog: lambda _, command, __: log.kept.lines(command.after),
             m.GetFlightRecord: lambda _, command, __: Later(
-                lambda: flight_record(evidence, command.name), lambda record: record
+                lambda: flight_record(evidence, command.name)
             ),
             **self._controllers.handlers,
         }
@@ -338,7 +337,7 @@ class Owner:
     def _warn(self, text: str) -> None:
         self._event("warning", text)
 
-    def _event(self, what: str, text: str, client: str = "", **details: Any) -> None:
+    def _event(self, what: m.EventKind, text: str, client: str = "", **details: Any) -> None:
         self.events.add(what, text, client, **details)
         if what in _AFTER_A_STOP:
             self._stopper = ""
@@ -346,7 +345,7 @@ class Owner:
         _log.log(level, "%s: %s", what, text)
         self.changed(False)
 
-    def announce(self, what: str, text: str, client: str = "") -> None:
+    def announce(self, what: m.EventKind, text: str, client: str = "") -> None:
         """Add an event of the server itself."""
         self._event(what, text, client)
 
@@ -611,14 +610,11 @@ class Owner:
 
     def _trajectories(self, _: Client, command: m.GetTrajectories, __: int) -> Later:
         goal = self.goals.get(command.goal)
-        return Later(lambda: goal_trajectories(goal), lambda result: result)
+        return Later(lambda: goal_trajectories(goal))
 
     def _past(self, _: Client, command: m.GetHistory, __: int) -> Later:
         history = self._history
-        return Later(
-            lambda: history.between(command.begin, command.end, command.points),
-            lambda result: result,
-        )
+        return Later(lambda: history.between(command.begin, command.end, command.points))
 
     def _report(self, client: Client, command: m.Report, _: int) -> m.Done:
         text = command.text

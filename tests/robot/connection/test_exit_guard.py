@@ -192,7 +192,7 @@ def test_a_closing_that_a_signal_ends_keeps_no_other_robot_open() -> None:
 def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
     begin: Start, arm: Path, folder: Path
 ) -> None:
-    process = begin("forking")
+    process = begin("forking", cold=True)
     text = f"refused: NotInitializedError: the robot belongs to process {process.pid}, from which"
     for _ in range(10):
         assert text in wait_for_line(process, "refused")

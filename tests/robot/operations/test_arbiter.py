@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import threading
 import time
@@ -18,11 +17,8 @@ from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
-    BioscaraError,
     BusyError,
     MotionCancelledError,
-    NotInitializedError,
-    TrajectoryError,
 )
 from bioscara.kinematics import Pose
 from bioscara.planning import Trajectory
@@ -33,9 +29,8 @@ from bioscara.robot.arm import Arm
 from bioscara.robot.operations import arbiter
 from bioscara.robot.operations.arbiter import Arbiter
 from bioscara.robot.operations.between_cycles import BetweenCycles
-from bioscara.robot.operations.operation import OnCycle
 from bioscara.sim import SimulatedArm
-from robot.bench import GOAL, START, Bench, Gate, Other
+from robot.bench import GOAL, START, Bench, Other
 from simulated import NAMES, NEAR, simulated_bus
 
 POSE = Pose(0.45, -0.20, 0.25)
@@ -98,22 +93,6 @@ def test_rule_43_a_call_during_another_call_is_refused(scene: Bench) -> None:
     assert scene.where() == pytest.approx(before, abs=1e-3)
     assert scene.robot.reduced_speed
     scene.robot.move_joints(START)
-
-
-def test_an_observer_that_always_fails_leaves_the_arm_at_rest(scene: Bench) -> None:
-    """The joints' own watchdog would stop them too, but not on a common ramp."""
-    records: list[CycleRecord] = []
-
-    def observe(record: CycleRecord) -> None:
-        records.append(record)
-        if len(records) >= 80:
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        scene.robot.move_joints(GOAL, on_cycle=observe)
-    states = scene.robot.state
-    assert max(map(abs, states.velocities)) < 0.02
-    assert scene.speed() < 0.05
 
 
 def test_reading_the_state_during_a_motion_does_not_use_the_bus(scene: Bench) -> None:
@@ -355,23 +334,6 @@ def test_ctrl_c_anywhere_leaves_no_active_goal(
         robot.__exit__(None, None, None)
 
 
-@pytest.mark.parametrize("end", [KeyboardInterrupt, ZeroDivisionError, None])
-def test_the_next_call_can_begin_however_a_call_ended(
-    scene: Bench, end: type[BaseException] | None
-) -> None:
-    def observe(_: CycleRecord) -> None:
-        if end is None:
-            scene.robot.stop()
-        else:
-            raise end
-
-    with pytest.raises(end or MotionCancelledError):
-        scene.robot.move_joints(GOAL, on_cycle=observe)
-    with pytest.raises(TrajectoryError):
-        scene.robot.move_joints((0.0,))
-    assert Other(lambda: scene.robot.move_joints(START)).end() is None
-
-
 def test_ctrl_c_anywhere_releases_the_arbiter() -> None:
     free, places, uses = Arbiter(), 0, 0
 
@@ -409,43 +371,6 @@ def test_ctrl_c_anywhere_releases_the_arbiter() -> None:
     assert uses > 1
 
 
-def test_shutdown_by_another_thread_brings_the_arm_to_rest_first(
-    scene: Bench,
-) -> None:
-    robot, errors, gate = scene.robot, list[BaseException](), Gate()
-    stopping: list[float] = []
-
-    def observe(record: CycleRecord) -> None:
-        if record.phase is Phase.STOPPING:
-            stopping.append(max(abs(joint.reference_velocity) for joint in record.joints))
-            assert math.isfinite(robot.state.positions[0])
-        elif record.trajectory_time > 0.5:
-            gate.wait()
-
-    def move(observer: OnCycle | None) -> None:
-        try:
-            robot.move_joints(GOAL, on_cycle=observer)
-        except BioscaraError as error:
-            errors.append(error)
-
-    mover = Other(lambda: [move(observe), *[move(None) for _ in range(20)]])
-    gate.reached()
-    leaver = Other(lambda: robot.__exit__(None, None, None), "leaver")
-    assert not leaver.ends_within(MOMENT)
-    assert not scene.bus.closed
-    gate.open()
-    assert leaver.end() is None
-    assert mover.end() is None
-    assert isinstance(errors[0], MotionCancelledError)
-    assert all(isinstance(error, BusyError | NotInitializedError) for error in errors[1:])
-    assert len(errors) == 21
-    assert max(stopping) > 0.1
-    assert stopping[-1] == 0.0
-    assert scene.bus.closed
-    assert scene.bus.overlaps == 0
-    assert not any(scene.arm.has_torque(name) for name in ("j1", "j3", "j4"))
-
-
 def test_a_second_shutdown_waits_for_the_first(scene: Bench) -> None:
     first, gate = scene.held_transfer(scene.robot.shutdown)
     second = Other(lambda: scene.robot.__exit__(None, None, None), "second")
@@ -457,14 +382,3 @@ def test_a_second_shutdown_waits_for_the_first(scene: Bench) -> None:
     assert first.end() is None
     assert second.end() is None
     assert "second" not in scene.bus.users
-
-
-def test_a_callback_cannot_shut_down_the_arm_during_its_motion(scene: Bench) -> None:
-    def observe(record: CycleRecord) -> None:
-        if record.phase is Phase.TRAJECTORY:
-            scene.robot.__exit__(None, None, None)
-
-    with pytest.raises(BusyError, match=r"shutdown\(\) refused inside move_joints\(\)"):
-        scene.robot.move_joints(GOAL, on_cycle=observe)
-    assert not scene.bus.closed
-    scene.robot.move_joints(START)

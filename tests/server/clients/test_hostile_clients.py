@@ -42,7 +42,15 @@ from bioscara.server.serve import Served
 from bioscara.web.access.certificates import self_signed
 from bioscara.web.access.tokens import default_path, load_tokens
 from processes import LIMIT
-from served import NAME, RawClient, arm_served, eventually, good_client_works, memory_of
+from served import (
+    NAME,
+    RawClient,
+    arm_served,
+    events_since,
+    eventually,
+    good_client_works,
+    memory_of,
+)
 
 LATE = 0.1
 """Delay of a control cycle that no client may cause [s]; joints count on setpoints for longer."""
@@ -117,15 +125,7 @@ def test_nothing_after_the_message_that_cut_a_client_off_is_carried_out(arm: Ser
         )
         assert isinstance(refusal(client), ProtocolError)
     assert not arm.robot.runner.arm.paused
-    assert all(event.client != "late" for event in after(arm, events))
-
-
-def after(arm: Served, number: int) -> list[m.Event]:
-    found = []
-    while (event := arm.owner.events.after(number)) is not None:
-        found.append(event)
-        number = event.number
-    return found
+    assert all(event.client != "late" for event in events_since(arm, events))
 
 
 @pytest.mark.usefixtures("served")
@@ -301,7 +301,7 @@ def test_control_characters_of_a_name_are_not_passed_on(served: Served) -> None:
     with RawClient("\x1b[2J\r\nforged: line\x00") as client:
         client.request(m.Pause())
         client.request(m.Resume(), client.acquire())
-    for event in after(served, first):
+    for event in events_since(served, first):
         assert event.text.isprintable()
         assert event.client.isprintable()
 
@@ -557,7 +557,7 @@ def test_members_of_the_group_stop_the_arms_of_the_computer_and_others_learn_why
     with arm_served(group=grp.getgrgid(OTHER_USER).gr_name) as served:
         last = served.owner.events.last
         assert as_user(OTHER_USER, OTHER_USER, said("stop")) == "0 left was stopped\n"
-        assert any(event.what == "stop" for event in after(served, last))
+        assert any(event.what == "stop" for event in events_since(served, last))
         assert re.search("^left +sim ", as_user(OTHER_USER, OTHER_USER, said("arms")), re.M)
         for words in (["stop"], ["stop", NAME], ["arms"], ["status"], ["home"]):
             refused = as_user(12345, 12345, said(*words))

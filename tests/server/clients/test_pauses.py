@@ -10,7 +10,7 @@ from bioscara import LeaseError
 from bioscara.api import messages as m
 from bioscara.robot import tasks
 from bioscara.server.serve import Served
-from served import RawClient, arm_served, eventually
+from served import RawClient, arm_served, events_since, eventually
 
 AWAY = tasks.MoveJoints(positions=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
 
@@ -124,12 +124,8 @@ def test_the_events_name_who_keeps_the_arm_paused(arm: Served) -> None:
         ben.request(m.Pause())
         anna.request(m.Resume())
         ben.request(m.Resume())
-    texts, number = [], begin
-    while (event := arm.owner.events.after(number)) is not None:
-        number = event.number
-        if event.what in {"pause", "resume"}:
-            texts.append(event.text)
-    assert texts == [
+    events = events_since(arm, begin)
+    assert [event.text for event in events if event.what in {"pause", "resume"}] == [
         "anna paused all motion",
         "ben paused all motion",
         "anna lifted its pause; motion stays paused by ben",

@@ -15,7 +15,7 @@ from bioscara.cli import main
 from bioscara.robot import tasks
 from bioscara.server.serve import Served
 from processes import LIMIT, environment, wait_for_line
-from served import HALF, NAME, RawClient, arm_served, eventually, runtime_folder
+from served import HALF, NAME, RawClient, arm_served, events_since, eventually, runtime_folder
 
 AWAY = tasks.MoveJoints(positions=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
 
@@ -30,16 +30,7 @@ def arm() -> Iterator[Served]:
 def stops(arm: Served) -> Callable[[], list[str]]:
     """Return the function that returns the clients of the stops since the test began."""
     begin = arm.owner.events.last
-
-    def clients() -> list[str]:
-        found, number = [], begin
-        while (event := arm.owner.events.after(number)) is not None:
-            number = event.number
-            if event.what == "stop":
-                found.append(event.client)
-        return found
-
-    return clients
+    return lambda: [each.client for each in events_since(arm, begin) if each.what == "stop"]
 
 
 def test_a_stop_that_its_client_repeats_is_one_event(
@@ -113,7 +104,8 @@ def test_a_motion_that_may_finish_goes_on_when_its_client_releases_the_lease(arm
     arm.robot.move_joints(HALF)
     with RawClient("one") as one, RawClient("two") as two:
         epoch = one.acquire()
-        goal = one.request(m.Start(task=AWAY, on_lease_loss="finish"), epoch).goal.goal
+        task = tasks.MoveJoints(positions=AWAY.positions, velocity_scaling=0.5)
+        goal = one.request(m.Start(task=task, on_lease_loss="finish"), epoch).goal.goal
         one.request(m.ReleaseLease(), epoch)
         # Nor does the next commander end it: it takes the lease from no other client.
         two.request(m.ReleaseLease(), two.acquire(force=True))

@@ -98,7 +98,6 @@ def tracked(name: str) -> Iterator[tuple[Site, list[Cycle]]]:
     with runtime_folder() as folder:
         evidence, arm = folder / "faults", simulated_bus(seed=2, homed=True, at=HALF).arm
         with own_robot(evidence, arm=arm, rate=RATE) as robot:
-            robot.home()
             robot.move_joints(HALF)
             settings = ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=20.0)
             with serving(robot, settings) as served, Robot.connect(f"arm:{NAME}") as client:

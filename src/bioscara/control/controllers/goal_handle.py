@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import StrEnum
 
 
-class GoalStatus(Enum):
+class GoalStatus(StrEnum):
     """Status of a goal."""
 
     ACCEPTED = "accepted"

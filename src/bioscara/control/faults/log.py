@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Protocol
 
 from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
 from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, indicates_power_loss
@@ -15,25 +14,8 @@ from bioscara.errors import BioscaraError, NotEnabledError
 _AT_ONCE = 0.1
 """Joints that drop out within this time dropped out together [s]."""
 _STRONGEST_FIRST = tuple(Stop)
-
-
-class EvidenceWriter(Protocol):
-    """Writes a flight record to a file, whole or not at all, and replaces no other."""
-
-    def __call__(self, evidence: Evidence, name: str, faults: Sequence[ArmFault], /) -> Path:
-        """Write one.
-
-        Args:
-            evidence: The record.
-            name: Name of the file, without extension; a number is added where it is taken.
-            faults: The faults until its end, first cause first.
-
-        Returns:
-            The file.
-
-        Raises:
-            OSError: It cannot be written.
-        """
+EvidenceWriter = Callable[[Evidence, str, Sequence[ArmFault]], Path]
+"""Writes a flight record, under a name, with the faults until its end; returns the new file."""
 
 
 class FaultLog:

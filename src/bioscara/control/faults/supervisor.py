@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
-from enum import Enum
+from enum import StrEnum
 
 from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
@@ -40,7 +40,7 @@ _SLOW = 0.5
 """Share of the chosen speed at which motion continues when the loop is late."""
 
 
-class FaultState(Enum):
+class FaultState(StrEnum):
     """Stage of fault handling."""
 
     CLEAR = "clear"
@@ -54,15 +54,15 @@ class FaultState(Enum):
 _CLEAR = FaultState.CLEAR
 
 
-def refusal(state: str, fault: str) -> str:
+def refusal(state: FaultState, fault: str) -> str:
     """Return the message that refuses a motion because of a fault, with the remaining steps.
 
     Args:
-        state: Value of the stage of fault handling.
+        state: Stage of fault handling.
         fault: The first cause, in words.
     """
-    recovery = "recover()" if state == "acknowledged" else "acknowledge() and recover()"
-    return f"the arm is stopped by a fault ({state}): {fault}; then {recovery}"
+    recovery = "recover()" if state is FaultState.ACKNOWLEDGED else "acknowledge() and recover()"
+    return f"the arm is stopped by a fault ({state.value}): {fault}; then {recovery}"
 
 
 class Supervisor:
@@ -108,7 +108,7 @@ class Supervisor:
             FaultedError: One does; names the first cause and the remedy.
         """
         if self.state is not FaultState.CLEAR:
-            raise FaultedError(refusal(self.state.value, str(self.faults[0])))
+            raise FaultedError(refusal(self.state, str(self.faults[0])))
 
     def check(self, time: float, period: float) -> None:
         """Check the cycle that just ended, and react.

@@ -113,7 +113,7 @@ export interface ComponentValue {
   name: string;
   type: string;
   plugin: string;
-  state: string;
+  state: "unknown" | "unconfigured" | "inactive" | "active" | "finalized";
   rate: number;
   commands: InterfaceValue[];
   states: InterfaceValue[];
@@ -152,7 +152,7 @@ export interface ControllerSettings {
 export interface ControllerValue {
   name: string;
   type: string;
-  state: string;
+  state: "unknown" | "unconfigured" | "inactive" | "active" | "finalized";
   update_rate: number;
   claimed: string[];
   commands: string[];
@@ -250,7 +250,7 @@ export interface EndJog {
 export interface EndedGoal {
   goal: number;
   controller: string;
-  status: string;
+  status: GoalStatus;
   error_code: number;
   text: string;
   gripper: GripperValue | null;
@@ -261,7 +261,7 @@ export interface Event {
   number: number;
   time: number;
   wall: number;
-  what: string;
+  what: "acknowledged" | "client" | "controllers" | "fault" | "faults_cleared" | "gap" | "gateway" | "goal_accepted" | "goal_ended" | "lease" | "owner" | "parameters" | "pause" | "report" | "resume" | "simulation" | "speed_override" | "stop" | "unconfirmed" | "warning" | "workspace";
   text: string;
   client: string;
   goal: GoalValue | null;
@@ -283,13 +283,15 @@ export interface FailureValue {
 
 export interface FaultList {
   kind: "fault_list";
-  state: string;
+  state: FaultState;
   faults: FaultValue[];
   warnings: string[];
 }
 
+export type FaultState = "acknowledged" | "clear" | "latched" | "stopping";
+
 export interface FaultValue {
-  fault: string;
+  fault: "JOINT_LOST" | "BUS_STUCK" | "BUS_FAILED" | "JOINT_RESET" | "STALL" | "FOLLOWING_ERROR" | "SETPOINT_LOST" | "HOMING_FAILED" | "JOINT_FAULT" | "OVERTEMPERATURE" | "POWER_LOST" | "OVERRUN" | "LATE" | "CONTROLLER_FAILED" | "LOOP_FAILED" | "HARDWARE_FAILED";
   source: string;
   text: string;
   cause: FailureValue;
@@ -430,6 +432,8 @@ export interface GoalState {
   goal: GoalValue;
 }
 
+export type GoalStatus = "aborted" | "accepted" | "canceled" | "executing" | "succeeded";
+
 export interface GoalTrajectories {
   kind: "goal_trajectories";
   goal: number;
@@ -440,7 +444,7 @@ export interface GoalValue {
   goal: number;
   name: string;
   client: string;
-  status: string;
+  status: Status;
   progress: number;
   failure: FailureValue | null;
   gripper: GripperValue | null;
@@ -507,7 +511,7 @@ export interface GripperValue {
 export interface HardwareState {
   kind: "hardware_state";
   component: string;
-  state: string;
+  state: "unknown" | "unconfigured" | "inactive" | "active" | "finalized";
 }
 
 export interface History {
@@ -911,7 +915,7 @@ export interface SetControllerScaling {
 export interface SetHardwareState {
   kind: "set_hardware_state";
   component: string;
-  state: string;
+  state: "unknown" | "unconfigured" | "inactive" | "active" | "finalized";
 }
 
 export interface SetJogVelocity {
@@ -964,13 +968,13 @@ export interface SetTool {
 
 export interface SimulateFault {
   kind: "simulate_fault";
-  fault: string;
+  fault: "reset" | "power" | "hang" | "overheat" | "freeze_encoder" | "obstacle" | "clear_obstacles" | "push" | "supply" | "brown_out" | "bus_flips" | "bus_loss" | "bus_stuck" | "clear";
   joint?: string;
   value?: number | null;
 }
 
 export interface SimulatedFaultValue {
-  fault: string;
+  fault: "reset" | "power" | "hang" | "overheat" | "freeze_encoder" | "obstacle" | "clear_obstacles" | "push" | "supply" | "brown_out" | "bus_flips" | "bus_loss" | "bus_stuck" | "clear";
   joint: string;
   value: number;
   since: number;
@@ -1005,7 +1009,7 @@ export interface StateSample {
   pose: Pose | null;
   width: number;
   enabled: boolean;
-  fault: string;
+  fault: FaultState;
   paused: boolean;
   speed_override: number;
   moving: string[];
@@ -1029,6 +1033,8 @@ export interface Statistics {
   memory: number;
   uptime: number;
 }
+
+export type Status = "cancelled" | "failed" | "paused" | "running" | "stopping" | "succeeded" | "waiting";
 
 export interface StopAll {
   kind: "stop";

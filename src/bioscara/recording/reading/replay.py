@@ -15,6 +15,7 @@ import msgspec
 from bioscara.api import messages as m
 from bioscara.api.framing import Framed
 from bioscara.api.runtime import OwnerClaim
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import AccessError, InvalidArgumentError, RecordingError
 from bioscara.kinematics import Pose
 from bioscara.planning.arrays import Array
@@ -277,7 +278,7 @@ def _sample(row: Mapping[str, float], status: ArmStatus | None) -> m.StateSample
             pose=None if math.isnan(pose.x) else pose,
             width=row[f"{GRIPPER}_position"],
             enabled=bool(row[f"{ARM}_enabled"]),
-            fault="clear" if status is None else status.fault,
+            fault=FaultState.CLEAR if status is None else FaultState(status.fault),
             paused=bool(row[f"{ARM}_paused"]),
             speed_override=row[f"{ARM}_speed_override"],
             moving=() if status is None else status.moving,

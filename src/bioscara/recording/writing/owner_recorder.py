@@ -102,16 +102,7 @@ class OwnerRecorder:
         Raises:
             RecordingError: The disk is full or cannot be written.
         """
-        try:
-            self._file = self._file or self._next_file()
-            for item in self._feed.take():
-                self._write(item)
-            self._flush()
-            long = self._stamp - self._begin >= self._limits.duration * _SECOND
-            if long or self._file.size >= self._limits.size:
-                self._finish()
-        except OSError as error:
-            raise self._failed(error) from error
+        self._take(last=False)
 
     def close(self) -> None:
         """Write the rest and finish the file.
@@ -119,11 +110,18 @@ class OwnerRecorder:
         Raises:
             RecordingError: The disk is full or cannot be written.
         """
+        self._take(last=True)
+
+    def _take(self, *, last: bool) -> None:
         try:
             self._file = self._file or self._next_file()
             for item in self._feed.take():
                 self._write(item)
-            self._finish()
+            if not last:
+                self._flush()
+            long = self._stamp - self._begin >= self._limits.duration * _SECOND
+            if last or long or self._file.size >= self._limits.size:
+                self._finish()
         except OSError as error:
             raise self._failed(error) from error
 
@@ -212,7 +210,7 @@ class OwnerRecorder:
         stamp = self._stamp = self._time.stamp(sample.time)
         status = ArmStatus(
             sample.enabled,
-            sample.fault,
+            sample.fault.value,
             sample.paused,
             sample.speed_override,
             sample.moving,

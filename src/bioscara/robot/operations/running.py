@@ -8,7 +8,7 @@ import threading
 from abc import abstractmethod
 from collections.abc import Callable, Coroutine, Generator
 from contextlib import suppress
-from enum import Enum
+from enum import StrEnum
 from typing import Any, Generic, TypeVar
 
 from bioscara.errors import MotionCancelledError, MotionTimeoutError
@@ -20,7 +20,7 @@ _POLL = 0.01
 """Period in which a cancelled task of asyncio looks whether the devices are at rest [s]."""
 
 
-class Status(Enum):
+class Status(StrEnum):
     """Stage of an operation."""
 
     WAITING = "waiting"

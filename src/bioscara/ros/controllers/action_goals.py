@@ -10,6 +10,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from bioscara.api import messages as m
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.errors import BioscaraError
 from bioscara.ros.controllers.controller_node import ControllerNode
 
@@ -118,9 +119,9 @@ class ActionGoals:
             self._cancelled.discard(sent.number)
         if ended.text:
             self._log.info(ended.text)
-        if ended.status == "succeeded":
+        if ended.status is GoalStatus.SUCCEEDED:
             handle.succeed()
-        elif ended.status == "canceled" and requested and _is_cancelled(handle):
+        elif ended.status is GoalStatus.CANCELED and requested and _is_cancelled(handle):
             handle.canceled()
         else:
             # ROS has no goal that is cancelled without a request for that.

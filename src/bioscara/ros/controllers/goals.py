@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Iterable
 
 from bioscara.api import messages as m
+from bioscara.control.controllers.goal_handle import GoalStatus
 
 _KEPT = 64
 """Ends that are kept until they are waited for."""
@@ -48,5 +49,5 @@ class GoalEnds:
         with self._changed:
             self._changed.wait_for(lambda: number in self._ended or generation != self._generation)
             if generation != self._generation:
-                return m.EndedGoal(number, "", "aborted", -1, self._reason)
+                return m.EndedGoal(number, "", GoalStatus.ABORTED, -1, self._reason)
             return self._ended[number]

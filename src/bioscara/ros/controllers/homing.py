@@ -8,6 +8,7 @@ from control_msgs.msg import DynamicInterfaceGroupValues
 from rclpy.qos import qos_profile_system_default
 
 from bioscara.api import messages as m
+from bioscara.control.controllers.goal_handle import GoalStatus
 from bioscara.ros import requests
 from bioscara.ros.controllers.controller_node import ControllerNode
 
@@ -30,10 +31,10 @@ class HomingNode(ControllerNode):
 
     def report(self, ended: m.EndedGoal) -> None:
         """Report how a homing ended, as the topic has no answer."""
-        if ended.status == "aborted":
+        if ended.status is GoalStatus.ABORTED:
             self.bridge.refuse(f"homing aborted: {ended.text}")
         else:
-            self.node.get_logger().info(f"homing {ended.status} {ended.text}".rstrip())
+            self.node.get_logger().info(f"homing {ended.status.value} {ended.text}".rstrip())
 
     def _trigger(self, message: Any) -> None:
         def trigger() -> None:

@@ -60,7 +60,7 @@ class ArmService(Protocol):
     ) -> m.AnyResult | Later:
         """Carry out a command; arguments and errors as of ``Owner``."""
 
-    def announce(self, what: str, text: str, client: str) -> None:
+    def announce(self, what: m.EventKind, text: str, client: str) -> None:
         """Report an event of the server itself."""
 
     def tick(self) -> None:

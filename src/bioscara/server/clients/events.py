@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 
 from bioscara.api.framing import Framed
-from bioscara.api.messages import Event, FaultValue, GoalValue, LeaseValue
+from bioscara.api.messages import Event, EventKind, FaultValue, GoalValue, LeaseValue
 
 KEPT = 10_000
 """Number of events that are kept."""
@@ -32,7 +32,7 @@ class Events:
 
     def add(
         self,
-        what: str,
+        what: EventKind,
         text: str,
         client: str = "",
         *,

@@ -81,7 +81,7 @@ def _value(ended: _Running, supervisor: Supervisor) -> m.EndedGoal:
     return m.EndedGoal(
         goal=ended.number,
         controller=ended.controller,
-        status=handle.status.value,
+        status=handle.status,
         error_code=int(handle.error_code) if isinstance(handle, GoalHandle) else 0,
         text=text,
         gripper=None if result is None else gripper_value(result),

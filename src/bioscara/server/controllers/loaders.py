@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from bioscara.api import messages as m
 from bioscara.errors import SwitchError
 from bioscara.server.clients.client import Client
 
@@ -15,7 +16,7 @@ class Loaders:
         announce: Adds an event, by its kind, text and client.
     """
 
-    def __init__(self, announce: Callable[[str, str, str], object]) -> None:
+    def __init__(self, announce: Callable[[m.EventKind, str, str], object]) -> None:
         self._announce = announce
         self._clients: dict[str, Client] = {}
 

@@ -68,7 +68,7 @@ class Admission(Protocol):
     def keep(self, operation: Operation[Any], client: Client, epoch: int) -> m.GoalValue:
         """Keep an operation that has begun as a goal, which ends with the lease."""
 
-    def announce(self, what: str, text: str, client: str) -> None:
+    def announce(self, what: m.EventKind, text: str, client: str) -> None:
         """Add an event."""
 
 
@@ -401,7 +401,7 @@ class ClientControllers:
                 controller.parameters.joints, controller.query_state(command.time)
             )
 
-        return Later(lambda: self._between(f"a question to {name}", ask), lambda state: state)
+        return Later(lambda: self._between(f"a question to {name}", ask))
 
     def _introspect(self, _: Client, command: m.GetIntrospection, __: int) -> Later:
         stack, clock = self._arm.stack, self._arm.session.clock
@@ -417,7 +417,7 @@ class ClientControllers:
                 ),
             )
 
-        return Later(lambda: self._between("the introspection", ask), lambda values: values)
+        return Later(lambda: self._between("the introspection", ask))
 
     # Between cycles.
 

@@ -23,7 +23,7 @@ def fault_list(arm: Arm) -> m.FaultList:
     """Return the faults of an arm, and its warnings."""
     supervisor = arm.stack.supervisor
     return m.FaultList(
-        supervisor.state.value,
+        supervisor.state,
         tuple(map(fault_value, tuple(supervisor.faults))),
         tuple(supervisor.warnings),
     )

@@ -80,7 +80,7 @@ class Sampler:
         return {
             "width": arm.jaws.commanded,
             "enabled": stack.hardware.state is LifecycleState.ACTIVE,
-            "fault": stack.supervisor.state.value,
+            "fault": stack.supervisor.state,
             "paused": bool(pauses := arm.pauses),
             "paused_by": tuple(pauses.values()),
             "speed_override": arm.speed_override,

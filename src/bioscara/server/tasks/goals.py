@@ -70,7 +70,7 @@ class ClientGoal:
             self.number,
             operation.name,
             self.client,
-            status.value,
+            status,
             operation.progress,
             None if error is None else failure_of(error),
             gripper_value(result) if isinstance(result, GripperResult) else None,

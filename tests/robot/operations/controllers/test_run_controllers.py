@@ -54,12 +54,12 @@ from client_controllers import (
     values_of,
 )
 from served import HALF, RawClient, eventually, own_robot
-from simulated import NEAR
+from simulated import simulated_bus
 
 
 def fast_bus() -> SimulatedArm:
     """Return an arm on a bus that carries velocities alone at the usual rate."""
-    return SimulatedArm(seed=2, frequency=400e3, positions=NEAR)
+    return simulated_bus(seed=2, frequency=400e3, homed=True, at=HALF).arm
 
 
 @pytest.fixture
@@ -449,9 +449,8 @@ def test_a_deactivation_in_motion_brings_the_joints_to_rest_together(left: Site)
 
 
 def test_ctrl_c_brings_the_arm_to_rest_and_ends_the_goal(tmp_path: Path) -> None:
-    with own_robot(tmp_path) as robot:
-        robot.home()
-        robot.move_joints(HALF)
+    with own_robot(tmp_path, arm=simulated_bus(seed=2, homed=True, at=HALF).arm) as robot:
+        robot.enable()
         stack, plant = robot.runner.arm.stack, robot.bus.arm  # type: ignore[attr-defined]
         controller = stack.manager.load(POSITION_JTC, **_loaded(POSITION_JTC))
         assert isinstance(controller, JointTrajectoryController)
@@ -491,8 +490,8 @@ class Failing(ForwardCommandController):
 def test_controllers_that_best_effort_activates_before_an_error_are_in_the_operation(
     tmp_path: Path,
 ) -> None:
-    with own_robot(tmp_path) as robot:
-        robot.home()
+    with own_robot(tmp_path, arm=simulated_bus(seed=2, homed=True).arm) as robot:
+        robot.enable()
         manager = robot.runner.arm.stack.manager
         one = {"joints": ["j1"], "interface_name": "position"}
         good = manager.load("good", FORWARD, one)

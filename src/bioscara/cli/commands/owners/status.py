@@ -38,7 +38,9 @@ def run(options: Options, output: Output) -> None:
     for goal in goals:
         if not goal.done:
             share = "" if math.isnan(goal.progress) else f", {goal.progress:.0%}"
-            output.line(f"goal {goal.goal}: {goal.name} by {goal.client}, {goal.status}{share}")
+            output.line(
+                f"goal {goal.goal}: {goal.name} by {goal.client}, {goal.status.value}{share}"
+            )
     holder = f"{lease.client}, for {lease.remaining:.1f} s more" if lease.client else "nobody"
     output.line(f"commanded by: {holder}")
     for fault in faults.faults:

@@ -1,12 +1,13 @@
 // The faults that can be simulated: how each is begun and ended. The expected reaction of the software is in the texts.
 
 /**
+ * @typedef {import("../../messages.d.ts").SimulateFault["fault"]} Fault
  * @typedef {Object} Experiment
- * @property {string} fault Name of the simulated fault, also of its texts.
+ * @property {Fault} fault Name of the simulated fault, also of its texts.
  * @property {boolean} joint Whether it concerns one joint.
  * @property {"place" | "force" | "rate" | "share" | "time" | null} value Which number it needs.
  * @property {number} [initial] That number at first, in the unit that people read.
- * @property {{on: number, off: {fault: string, value: number} | null}} switch Value that begins it, unless a person
+ * @property {{on: number, off: {fault: Fault, value: number} | null}} switch Value that begins it, unless a person
  *   gives one; and what ends it, null if it has a fixed duration.
  */
 

@@ -130,7 +130,7 @@ class Bench {
   }
 
   /**
-   * @param {string} fault
+   * @param {import("../bench/experiments.js").Fault} fault
    * @param {string} joint
    * @param {number} value
    */

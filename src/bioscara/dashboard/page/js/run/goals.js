@@ -103,7 +103,7 @@ function runningGoal(app, goal) {
 
 /** @param {GoalValue} goal */
 function endedGoal(goal) {
-  const tone = { succeeded: "good", cancelled: "", failed: "danger" }[goal.status] ?? "";
+  const tone = goal.status === "succeeded" ? "good" : goal.status === "failed" ? "danger" : "";
   const result = goal.failure ? goal.failure.text : goal.gripper ? gripperWords(goal.gripper) : "";
   return h("li", { class: "goal-ended" }, h("span", { class: `badge ${tone}`, text: text(`run.${goal.status}`) }), " ",
     h("span", { text: goal.name }), result ? h("span", { class: "dim", text: ` ${result}` }) : null);
