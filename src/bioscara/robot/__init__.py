@@ -1,9 +1,10 @@
 """A whole arm as one object: homing, motion, stopping and fault handling.
 
-Begin with ``robot``: ``Robot`` is the public interface. ``arm`` runs the control loop and the
-``operations`` in it, one at a time on each device. ``connection`` connects, enables and shuts down
-the arm, ``planner`` plans from where it is without moving, and ``workspace`` has the other inputs
-of motions: tool, scene, load, speed limit, named poses and frames.
+Begin with ``robot``: ``Robot`` is the public interface. ``arm`` has the parts of the arm, and
+``runner`` runs its control loop with the ``operations``, one at a time on each device.
+``connection`` connects, enables and shuts down the arm, ``planner`` plans from where it is without
+moving, and ``workspace`` has the other inputs of motions: tool, scene, load, speed limit, named
+poses and frames.
 
 Invariant: however a motion ends, every joint that can be reached is at rest before the caller gets
 the exception, and one thread at a time communicates with the joints.

@@ -7,114 +7,16 @@ from __future__ import annotations
 
 from typing import get_args
 
-from bioscara.robot.tasks.gripper import (
-    CloseGripper as CloseGripper,
-)
-from bioscara.robot.tasks.gripper import (
-    DisableGripper as DisableGripper,
-)
-from bioscara.robot.tasks.gripper import (
-    EnableGripper as EnableGripper,
-)
-from bioscara.robot.tasks.gripper import (
-    Grasp as Grasp,
-)
-from bioscara.robot.tasks.gripper import (
-    MoveGripper as MoveGripper,
-)
-from bioscara.robot.tasks.gripper import (
-    OpenGripper as OpenGripper,
-)
-from bioscara.robot.tasks.gripper import (
-    Release as Release,
-)
-from bioscara.robot.tasks.motions import (
-    Home as Home,
-)
-from bioscara.robot.tasks.motions import (
-    MoveCircular as MoveCircular,
-)
-from bioscara.robot.tasks.motions import (
-    MoveJoints as MoveJoints,
-)
-from bioscara.robot.tasks.motions import (
-    MoveLinear as MoveLinear,
-)
-from bioscara.robot.tasks.motions import (
-    MoveNamed as MoveNamed,
-)
-from bioscara.robot.tasks.motions import (
-    MoveRelative as MoveRelative,
-)
-from bioscara.robot.tasks.motions import (
-    MoveSequence as MoveSequence,
-)
-from bioscara.robot.tasks.motions import (
-    MoveTo as MoveTo,
-)
-from bioscara.robot.tasks.motions import (
-    Unfold as Unfold,
-)
-from bioscara.robot.tasks.power import (
-    Acknowledge as Acknowledge,
-)
-from bioscara.robot.tasks.power import (
-    Disable as Disable,
-)
-from bioscara.robot.tasks.power import (
-    Enable as Enable,
-)
-from bioscara.robot.tasks.power import (
-    Recover as Recover,
-)
-from bioscara.robot.tasks.workspace import (
-    Attach as Attach,
-)
-from bioscara.robot.tasks.workspace import (
-    ConfirmScene as ConfirmScene,
-)
-from bioscara.robot.tasks.workspace import (
-    Detach as Detach,
-)
-from bioscara.robot.tasks.workspace import (
-    SetReducedSpeed as SetReducedSpeed,
-)
-from bioscara.robot.tasks.workspace import (
-    SetTool as SetTool,
-)
+from bioscara.robot.tasks.gripper import *  # noqa: F403  each says in __all__ what it has
+from bioscara.robot.tasks.gripper import GripperTask
+from bioscara.robot.tasks.motions import *  # noqa: F403
+from bioscara.robot.tasks.motions import Home, Motion
+from bioscara.robot.tasks.power import *  # noqa: F403
+from bioscara.robot.tasks.power import PowerTask
+from bioscara.robot.tasks.workspace import *  # noqa: F403
+from bioscara.robot.tasks.workspace import WorkspaceTask
 
-Motion = (
-    MoveJoints
-    | MoveTo
-    | MoveLinear
-    | MoveRelative
-    | MoveCircular
-    | MoveNamed
-    | MoveSequence
-    | Unfold
-)
-"""The motions that can be planned."""
-
-ArmTask = (
-    Motion
-    | Home
-    | MoveGripper
-    | OpenGripper
-    | CloseGripper
-    | Grasp
-    | Release
-    | Enable
-    | Disable
-    | EnableGripper
-    | DisableGripper
-    | Acknowledge
-    | Recover
-    | SetTool
-    | SetReducedSpeed
-    | Attach
-    | Detach
-    | ConfirmScene
-)
+ArmTask = Motion | Home | GripperTask | PowerTask | WorkspaceTask
 """Everything that an arm can be asked to do."""
 
 TASKS = get_args(ArmTask)

@@ -10,6 +10,17 @@ from bioscara.robot.tasks.fields import ALoad, Width
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Conditions, Task
 
+__all__ = [
+    "CloseGripper",
+    "DisableGripper",
+    "EnableGripper",
+    "Grasp",
+    "GripperTask",
+    "MoveGripper",
+    "OpenGripper",
+    "Release",
+]
+
 
 class MoveGripper(Task, frozen=True, tag="move_gripper"):
     """Move the jaws to a width.
@@ -115,3 +126,9 @@ class DisableGripper(Task, frozen=True, tag="disable_gripper"):
     def operation(self, arm: Arm, conditions: Conditions) -> power.DisableGripper:  # noqa: ARG002
         """Return the operation."""
         return power.DisableGripper()
+
+
+GripperTask = (
+    MoveGripper | OpenGripper | CloseGripper | Grasp | Release | EnableGripper | DisableGripper
+)
+"""The tasks of the gripper."""

@@ -23,6 +23,19 @@ from bioscara.robot.tasks.fields import (
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Conditions, PlannedMotion, Task
 
+__all__ = [
+    "Home",
+    "Motion",
+    "MoveCircular",
+    "MoveJoints",
+    "MoveLinear",
+    "MoveNamed",
+    "MoveRelative",
+    "MoveSequence",
+    "MoveTo",
+    "Unfold",
+]
+
 
 class MoveJoints(PlannedMotion, frozen=True, kw_only=True, tag="move_joints"):
     """Move all joints to positions; they start and end together.
@@ -238,3 +251,16 @@ class Home(Task, frozen=True, tag="home"):
             current=self.current,
             **conditions._asdict(),
         )
+
+
+Motion = (
+    MoveJoints
+    | MoveTo
+    | MoveLinear
+    | MoveRelative
+    | MoveCircular
+    | MoveNamed
+    | MoveSequence
+    | Unfold
+)
+"""The motions that can be planned."""

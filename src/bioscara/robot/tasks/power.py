@@ -7,6 +7,8 @@ from bioscara.robot.operations import fault_handling, power
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Conditions, Task
 
+__all__ = ["Acknowledge", "Disable", "Enable", "PowerTask", "Recover"]
+
 
 class Enable(Task, frozen=True, tag="enable"):
     """Enable all joints at their positions."""
@@ -46,3 +48,7 @@ class Recover(Task, frozen=True, tag="recover"):
     def operation(self, arm: Arm, conditions: Conditions) -> fault_handling.Recover:  # noqa: ARG002
         """Return the operation."""
         return fault_handling.Recover()
+
+
+PowerTask = Enable | Disable | Acknowledge | Recover
+"""The tasks of power and faults."""

@@ -10,6 +10,8 @@ from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Conditions, Task
 from bioscara.robot.workspace.workspace import Workspace
 
+__all__ = ["Attach", "ConfirmScene", "Detach", "SetReducedSpeed", "SetTool", "WorkspaceTask"]
+
 
 class WorkspaceChange(Task, frozen=True, kw_only=True):
     """A change of the workspace.
@@ -93,3 +95,7 @@ class ConfirmScene(WorkspaceChange, frozen=True, kw_only=True, tag="confirm_scen
     def changed(self, workspace: Workspace) -> Workspace:
         """Return the workspace with the change."""
         return workspace.confirmed()
+
+
+WorkspaceTask = SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene
+"""The tasks that change the workspace."""
