@@ -36,7 +36,7 @@ from bioscara.errors import (
 )
 from bioscara.protocol import READ, REGISTERS, WRITE, Flags, Register
 from bioscara.protocol.codec import field_bounds
-from simulated import ARM, NEAR, Tap, World
+from simulated import ARM, NEAR, Tap, World, greeted
 
 R = Register
 ANSWERED = {
@@ -824,9 +824,7 @@ def test_a_joint_that_does_not_acknowledge_is_lost_at_once_and_not_polled() -> N
 
 
 def test_one_missing_acknowledge_gives_the_last_sample() -> None:
-    world = World(v1=True)
-    joint = world.joints[3]
-    joint.init()
+    world, joint = greeted("j4", v1=True)
     read_states([joint])
     world.bus.off(When(address=0x14, count=1))
     [sample] = read_states([joint])
