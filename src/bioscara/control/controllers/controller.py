@@ -143,10 +143,6 @@ class Controller(ABC, Generic[P]):
     ) -> None:
         """Take the handles of the interfaces that it named.
 
-        Args:
-            commands: All command interfaces, by name.
-            states: All state interfaces, by name.
-
         Raises:
             ControllerError: One does not exist.
         """

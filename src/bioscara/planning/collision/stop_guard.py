@@ -30,10 +30,6 @@ _ENOUGH = COARSE / 4.0
 class StopGuard:
     """Check that an arm in a scene can come to rest clear of everything.
 
-    Args:
-        kinematics: The arm with its tool.
-        scene: Scene to keep clear of.
-
     Attributes:
         kinematics: As given.
         scene: As given.

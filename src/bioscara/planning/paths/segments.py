@@ -270,9 +270,6 @@ class Arc(Segment):
 class Joined:
     """A sequence of segments as one path, each beginning as the one before it ends.
 
-    Args:
-        segments: The segments, at least one.
-
     Attributes:
         segments: As given.
         length: Largest parameter.
