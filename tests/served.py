@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from types import UnionType
 from typing import Any, Self
 
 from bioscara import Robot
@@ -189,7 +190,7 @@ class RawClient:
         self.send(m.ClientRequest(id=self.number, command=command, epoch=epoch))
         return self.number
 
-    def read(self, kind: type[Any]) -> Any:
+    def read(self, kind: type[Any] | UnionType) -> Any:
         """Return the next message of a kind; events, samples and records are kept."""
         for message in self._pulled():
             if isinstance(message, kind):

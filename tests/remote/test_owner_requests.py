@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from bioscara import Robot
 from bioscara.errors import ConfigurationError, ConflictError, InvalidArgumentError
+from bioscara.remote import RemoteRobot
 from served import NAME, arm_served, eventually
 
 
 def test_a_client_reads_and_replaces_the_overlay(tmp_path: Path) -> None:
     overlay = tmp_path / "mine.yaml"
     overlay.write_text("")
-    with arm_served(overlay=overlay), Robot.connect(f"arm:{NAME}") as robot:
+    with arm_served(overlay=overlay), RemoteRobot(NAME) as robot:
         before = robot.overlay()
         assert (before.overlay, before.restart) == ("", False)
         text = "joints: {j1: {reduction: 35.2}}\n"
@@ -31,7 +31,7 @@ def test_a_client_reads_and_replaces_the_overlay(tmp_path: Path) -> None:
 def test_an_edit_of_the_overlay_by_hand_is_not_overwritten(tmp_path: Path) -> None:
     overlay, edited = tmp_path / "mine.yaml", "joints: {j1: {reduction: 35.2}}\n"
     overlay.write_text("")
-    with arm_served(overlay=overlay), Robot.connect(f"arm:{NAME}") as robot:
+    with arm_served(overlay=overlay), RemoteRobot(NAME) as robot:
         before = robot.overlay()
         overlay.write_text(edited)
         with pytest.raises(ConflictError, match="by another client or an editor"):
@@ -43,7 +43,7 @@ def test_an_edit_of_the_overlay_by_hand_is_not_overwritten(tmp_path: Path) -> No
 
 
 def test_a_client_injects_faults_and_reads_the_reports_of_the_joints() -> None:
-    with arm_served(), Robot.connect(f"arm:{NAME}") as robot:
+    with arm_served(), RemoteRobot(NAME) as robot:
         robot.enable()
         before = robot.joint_reports().joints
         robot.simulate_fault("reset", "j3")

@@ -331,7 +331,7 @@ def test_every_record_comes_before_the_end(robot: Any, wait: bool) -> None:
 
 def test_records_that_arrive_as_a_wait_for_them_ends_are_passed_on() -> None:
     records: list[Any] = []
-    goal = m.GoalValue(1, "home()", "one", "succeeded", 1.0)
+    goal = m.GoalValue(1, "home()", "one", Status.SUCCEEDED, 1.0)
     operation: RemoteOperation[None] = RemoteOperation(
         cast("Any", None), cast("Any", None), goal, records.append, observed=True
     )
@@ -618,7 +618,6 @@ def test_asyncio_takes_a_handle_as_a_coroutine(arm: Arm) -> None:
                 await anext(robot.states(0.0))
             states = robot.states(0.001)
             assert [(await anext(states)).names for _ in range(3)] == [NAMES] * 3
-            await states.aclose()
 
     robot = RemoteRobot(NAME)
     asyncio.run(program(robot))

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from bioscara import LeaseError, MotionCancelledError, Robot
+from bioscara import LeaseError, MotionCancelledError
+from bioscara.remote import RemoteRobot
 from bioscara.server.serve import Served
 from served import NAME, arm_served
 
@@ -18,7 +19,7 @@ def arm() -> Iterator[Served]:
 
 
 def test_the_second_program_can_read_and_not_command(arm: Served) -> None:
-    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
+    with RemoteRobot(NAME) as first, RemoteRobot(NAME) as second:
         first.enable()
         assert second.is_enabled
         with pytest.raises(LeaseError, match="commands the arm") as refused:
@@ -29,7 +30,7 @@ def test_the_second_program_can_read_and_not_command(arm: Served) -> None:
 
 
 def test_a_stop_of_another_program_ends_the_motion_and_the_lease(arm: Served) -> None:
-    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
+    with RemoteRobot(NAME) as first, RemoteRobot(NAME) as second:
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
         second.stop()
         with pytest.raises(MotionCancelledError):
@@ -44,7 +45,7 @@ def test_a_stop_of_another_program_ends_the_motion_and_the_lease(arm: Served) ->
 
 
 def test_a_pause_is_lifted_by_its_program_or_by_the_one_that_commands(arm: Served) -> None:
-    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
+    with RemoteRobot(NAME) as first, RemoteRobot(NAME) as second:
         motion = first.move_relative(z=-0.05, velocity_scaling=0.5, wait=False)
         second.pause()
         second.resume()
@@ -59,15 +60,15 @@ def test_a_pause_is_lifted_by_its_program_or_by_the_one_that_commands(arm: Serve
 
 
 def test_without_a_commander_a_program_that_resumes_takes_the_lease(arm: Served) -> None:
-    with Robot.connect(f"arm:{NAME}") as first:
+    with RemoteRobot(NAME) as first:
         first.pause()
-    with Robot.connect(f"arm:{NAME}") as second:
+    with RemoteRobot(NAME) as second:
         second.resume()
         second.move_relative(z=-0.01, timeout=20.0)
 
 
 def test_a_takeover_stops_the_other_program(arm: Served) -> None:
-    with Robot.connect(f"arm:{NAME}") as first, Robot.connect(f"arm:{NAME}") as second:
+    with RemoteRobot(NAME) as first, RemoteRobot(NAME) as second:
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
         second.acquire_lease(force=True)
         with pytest.raises(MotionCancelledError):
@@ -80,7 +81,7 @@ def test_a_takeover_stops_the_other_program(arm: Served) -> None:
 
 
 def test_leaving_stops_what_the_program_began(arm: Served) -> None:
-    with Robot.connect(f"arm:{NAME}") as first:
+    with RemoteRobot(NAME) as first:
         first.enable()
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
     assert motion.done

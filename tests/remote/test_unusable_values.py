@@ -42,7 +42,7 @@ class World:
         self._before = self.where()
 
     def after(self, refused: bool) -> str:
-        own = self.served.robot
+        own: Any = self.served.robot
         for operation in own.runner.arm.operations:
             operation.cancel()
             operation.wait(30.0)

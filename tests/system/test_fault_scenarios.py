@@ -13,11 +13,9 @@ from bioscara.drivers import Joint, Setpoint, track
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
-    HomingError,
     JointFaultError,
     JointLostError,
     JointResetError,
-    MotionCancelledError,
     NotEnabledError,
     NotSupportedError,
     StalledError,
@@ -25,10 +23,10 @@ from bioscara.errors import (
 )
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
-from bioscara.protocol import WRITE, Fault, JointState, Register, ResetCause
+from bioscara.protocol import WRITE, Fault, Register, ResetCause
 from bioscara.report import CycleRecord
 from bioscara.sim import FirmwareBus, SimulatedArm
-from simulated import NEAR, simulated_robot
+from simulated import simulated_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
@@ -86,15 +84,6 @@ class Scene:
             self.arm.run(0.001)
             assert self.arm.now() - self.struck < 3.0, f"{name} does not come to rest"
         return self.arm.now() - self.struck
-
-
-def test_without_a_fault_the_arm_arrives() -> None:
-    with Scene() as scene:
-        scene.follow()
-        for name, goal in zip(NAMES, (-1.5, 0.25, 0.8, 1.0), strict=True):
-            assert scene.arm.position(name) == pytest.approx(goal, abs=5e-3)
-        assert scene.robot.shutdown() == []
-        assert not any(scene.arm.has_torque(name) for name in ("j1", "j3", "j4"))
 
 
 def test_bus1_one_missing_acknowledge_stops_nothing() -> None:
@@ -262,31 +251,6 @@ def test_mec1_a_collision_stops_the_joint_at_once_and_the_others_after_it() -> N
         assert believed == pytest.approx(scene.arm.position("j1"), abs=0.02)
 
 
-def test_mec4_an_obstacle_in_a_later_homing_is_no_home() -> None:
-    with Scene() as scene:
-        scene.follow()
-        joint = scene.joint("j1")
-        scene.arm.add_obstacle("j1", -2.0)
-        with pytest.raises(HomingError) as caught:
-            joint.home()
-        assert Fault.HOMING_DISAGREEMENT.name in str(caught.value)
-        assert not joint.is_homed()
-
-
-def test_mec5_homing_without_an_end_stop_ends_at_its_travel_limit() -> None:
-    arm = SimulatedArm(positions=NEAR)
-    arm.remove_stops("j4")
-    joint = Joint(FirmwareBus(arm), arm.clock, ARM.joints[3])
-    joint.init()
-    joint.enable()
-    start, begin = arm.position("j4"), arm.now()
-    with pytest.raises(HomingError, match=Fault.HOMING_TRAVEL.name):
-        joint.home()
-    assert arm.position("j4") - start < 1.15 * (joint.parameters.upper - joint.parameters.lower)
-    assert arm.now() - begin < 60.0
-    assert not joint.is_homed()
-
-
 @pytest.mark.parametrize("fault", ["jump", "corrupt", "freeze"])
 def test_mec6_an_encoder_that_lies_stops_the_joint_and_costs_its_home(fault: str) -> None:
     def strike(scene: Scene) -> None:
@@ -316,21 +280,6 @@ def test_mec7_a_coil_that_was_reversed_later_is_found_by_the_check() -> None:
         joint.check_orientation()
     assert abs(arm.position("j1")) < math.radians(7.2) / 35
     assert not arm.has_torque("j1")
-
-
-def test_ctrl_c_ramps_the_arm_down_within_its_limits() -> None:
-    with Scene() as scene:
-
-        def observe(record: CycleRecord) -> None:
-            scene.records.append(record)
-            if record.trajectory_time > 0.6:
-                scene.robot.stop()
-
-        with pytest.raises(MotionCancelledError):
-            scene.robot.follow(scene.trajectory(), approach=True, on_cycle=observe)
-        assert all(abs(scene.arm.velocity(name)) < 0.1 for name in NAMES)
-        assert scene.robot.shutdown() == []
-        assert all(joint.read_state().state is JointState.DISABLED for joint in scene.robot.joints)
 
 
 def test_a_motion_command_of_an_unarmed_host_is_refused_in_an_armed_session() -> None:

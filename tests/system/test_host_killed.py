@@ -107,6 +107,7 @@ def test_the_joint_of_a_killed_host_stops_autonomously_and_the_next_host_gets_th
         assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP)
         assert not joint.is_enabled()
     with Robot.connect(f"sim:{arm.path}", evidence=tmp_path) as robot:
+        assert isinstance(robot, Robot)
         assert [(fault.kind, fault.source) for fault in robot.faults] == [
             (FaultKind.SETPOINT_LOST, J4.name)
         ]

@@ -6,10 +6,12 @@ import os
 import random
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 import pytest
 
+from bioscara import Robot
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import BioscaraError, MotionCancelledError
 from bioscara.kinematics import Joints, Pose
@@ -124,7 +126,7 @@ def test_an_elbow_that_is_jogged_to_and_fro(loads: Loads, speed: float) -> None:
 def test_random_jogs(loads: Loads) -> None:
     for rng in starts(loads, "jogs"):
         parts = [(some_velocity(rng), rng.uniform(0.05, 0.8)) for _ in range(8)]
-        assert_slow(loads, lambda parts=parts: jogged(loads, parts))
+        assert_slow(loads, partial(jogged, loads, parts))
 
 
 def test_between_jogs_of_joints_and_of_the_tool_the_arm_rests(loads: Loads) -> None:
@@ -147,7 +149,7 @@ def test_point_to_point(loads: Loads) -> None:
             return loads.robot.plan.move_joints([a + b for a, b in zip(here, ways, strict=True)])
 
         plan = planned(loads, make)
-        assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
+        assert_slow(loads, partial(loads.robot.execute, plan))
 
 
 @pytest.mark.parametrize("kind", ["lines", "arcs", "sequences"])
@@ -167,7 +169,7 @@ def test_paths_of_the_tool(loads: Loads, kind: str) -> None:
         plan = planned(loads, make)
         cap = loads.robot.runner.arm.stack.tool_speed
         before = cap.interventions
-        assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
+        assert_slow(loads, partial(loads.robot.execute, plan))
         assert cap.interventions == before, "slowed down although it was planned within the limit"
 
 
@@ -196,8 +198,8 @@ def test_loads_keep_the_limit_in_trapezoids_of_other_planners(loads: Loads) -> N
         points = [here + share * way for share in shares]
         trajectory = Trajectory(NAMES, times, points, [rest, velocity, velocity, rest])
         with suppress(BioscaraError):
-            loads.robot.plan.check_trajectory(trajectory, here)
-            assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
+            loads.robot.plan.check_trajectory(trajectory, here.tolist())
+            assert_slow(loads, partial(loads.robot.follow, trajectory))
 
 
 def test_loads_keep_the_limit_on_points_without_velocities(loads: Loads) -> None:
@@ -208,8 +210,8 @@ def test_loads_keep_the_limit_on_points_without_velocities(loads: Loads) -> None
         ways *= np.array((0.3, 0.01, 0.5, 0.5)) * rng.choice((0.1, 0.5)) * apart
         trajectory = Trajectory(NAMES, apart * np.arange(count + 1), [here, *(here + ways)])
         with suppress(BioscaraError):
-            loads.robot.plan.check_trajectory(trajectory, here)
-            assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
+            loads.robot.plan.check_trajectory(trajectory, here.tolist())
+            assert_slow(loads, partial(loads.robot.follow, trajectory))
 
 
 def test_loads_keep_the_limit_of_an_elbow_led_to_and_fro_by_points(loads: Loads) -> None:
@@ -218,13 +220,17 @@ def test_loads_keep_the_limit_of_an_elbow_led_to_and_fro_by_points(loads: Loads)
         elbow = 0.6 + way * np.array((0, 1, 0, 1, 0, 1, 0))
         points = [(0.3, 0.2, j3, 0.2) for j3 in elbow]
         trajectory = Trajectory(NAMES, apart * np.arange(7), points)
-        assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
+        assert_slow(loads, partial(loads.robot.follow, trajectory))
+
+
+def line(robot: Robot, rng: random.Random, here: Pose) -> Plan:
+    return robot.plan.move_linear(near(rng, here, 0.35))
 
 
 def test_loads_keep_the_limit_in_a_stop_followed_by_a_jog(loads: Loads) -> None:
     robot = loads.robot
     for rng in starts(loads, "stops"):
-        plan = planned(loads, lambda here, rng=rng: robot.plan.move_linear(near(rng, here, 0.35)))
+        plan = planned(loads, partial(line, robot, rng))
         at = robot.clock.now() + rng.uniform(0.3, max(plan.trajectory.duration - 0.2, 0.4))
 
         def stop(_: object, at: float = at) -> None:
@@ -292,14 +298,14 @@ def test_a_pause_takes_as_much_of_a_line_as_a_stop(loads: Loads) -> None:
 def test_pauses_and_overrides(loads: Loads) -> None:
     robot = loads.robot
     for rng in starts(loads, "pauses"):
-        plan = planned(loads, lambda here, rng=rng: robot.plan.move_linear(near(rng, here, 0.35)))
+        plan = planned(loads, partial(line, robot, rng))
         at = robot.clock.now() + rng.uniform(0.3, max(plan.trajectory.duration - 0.2, 0.4))
 
         def hesitate(_: object, at: float = at, rng: random.Random = rng) -> None:
             paused = 0.0 <= robot.clock.now() - at < 0.7
             robot.speed_override = rng.choice((0.0, 0.0, 0.2, 0.5)) if paused else 1.0
 
-        assert_slow(loads, lambda plan=plan, each=hesitate: robot.execute(plan, on_cycle=each))
+        assert_slow(loads, partial(robot.execute, plan, on_cycle=hesitate))
         robot.speed_override = 1.0
 
 

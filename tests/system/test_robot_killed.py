@@ -95,6 +95,7 @@ def test_host3_a_killed_robot_leaves_an_arm_at_rest_and_restarts_faulted_and_mot
     wait_until(lambda: at_rest(socket), "the belts swing out")
     rest = turns(socket)
     with Robot.connect(f"sim:{socket}", evidence=folder / "again") as again:
+        assert isinstance(again, Robot)
         assert [fault.kind for fault in again.faults] == [FaultKind.SETPOINT_LOST] * len(JOINTS)
         assert [fault.source for fault in again.faults] == [joint.name for joint in JOINTS]
         with pytest.raises(FaultedError, match="SETPOINT_LOST"):

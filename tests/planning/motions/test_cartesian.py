@@ -56,8 +56,9 @@ def furthest_wrist(kinematics: Scara, path: Path) -> float:
 
 
 def exceeded(trajectory: Trajectory, kinematics: Scara, tool: ToolLimits) -> float:
-    """Return the largest ratio of any limited quantity to its limit, on a grid of 1 ms."""
-    times = np.append(np.arange(0.0, trajectory.duration, 1e-3), trajectory.duration - 1e-9)
+    """Return the largest ratio of any limited quantity to its limit, each 1 ms or less often."""
+    step = max(1e-3, trajectory.duration / 20_000)
+    times = np.append(np.arange(0.0, trajectory.duration, step), trajectory.duration - 1e-9)
     states = trajectory.sample_many(times)
     velocity, acceleration = batch.tool_motion(kinematics, *states)
     return max(

@@ -500,7 +500,7 @@ def test_a_session_with_a_connection_is_not_forgotten(monkeypatch: pytest.Monkey
 
 @pytest.mark.usefixtures("served")
 def test_clients_beyond_the_largest_number_are_refused_with_the_reason() -> None:
-    clients = []
+    clients: list[RawClient] = []
     try:
         while len(clients) <= api_server.CLIENTS + 20:
             client = RawClient(greet=False)
@@ -648,7 +648,7 @@ def as_user(uid: int, gid: int, action: Callable[[], str]) -> str:
 
 
 def test_random_changes_of_real_requests_end_nothing_but_their_connection(served: Served) -> None:
-    requests = [
+    requests: list[m.AnyCommand] = [
         m.Start(task=tasks.MoveTo(pose=served.robot.pose), timeout=1.0),
         m.Start(task=m.SetScene(scene=m.SceneValue())),
         m.Start(task=m.SetTable(table=served.robot.table)),

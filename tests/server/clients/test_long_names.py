@@ -50,7 +50,7 @@ COMMANDS: dict[str, Callable[[str], m.AnyCommand]] = {
     "state": lambda name: m.SetHardwareState("bioscara_arm", name),
     "follow": lambda name: m.FollowGoal(controller=name, goal=Goal(_TRAJECTORY)),
     "stream": lambda name: m.StreamTrajectory(controller=name, trajectory=_TRAJECTORY),
-    "gripper": lambda name: m.SendGripperGoal(name, GripperGoal(0.05, 1.0)),
+    "gripper": lambda name: m.SendGripperGoal(name, GripperGoal((0.05,), (1.0,))),
     "homing": lambda name: m.TriggerHoming(name, "j1", 1.0),
     "values": lambda name: m.CommandController(name, (0.0,)),
     "cancel": lambda name: m.CancelControllerGoal(name, 1),
