@@ -31,8 +31,8 @@ class StopGuard:
     """Check that an arm in a scene can come to rest clear of everything.
 
     Attributes:
-        kinematics: As given.
-        scene: As given.
+        kinematics: The arm with its tool.
+        scene: The scene to keep clear of.
     """
 
     def __init__(self, kinematics: Scara, scene: Scene) -> None:

@@ -271,7 +271,7 @@ class Joined:
     """A sequence of segments as one path, each beginning as the one before it ends.
 
     Attributes:
-        segments: As given.
+        segments: The segments, at least one.
         length: Largest parameter.
         breaks: The seams between the segments.
 
