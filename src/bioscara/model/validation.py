@@ -255,10 +255,6 @@ def parsed(kind: Any, value: Any) -> Any:
 
     Nothing is converted, except a list to a tuple and a whole number to a float.
 
-    Args:
-        kind: The type, with its annotations.
-        value: The value.
-
     Raises:
         ProblemsError: It cannot be used.
     """
