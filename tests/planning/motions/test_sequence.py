@@ -327,7 +327,9 @@ def test_a_share_for_each_segment_is_the_share_for_all_where_they_are_equal():
     one = parameterise(ARM, path, START, LIMITS, velocity_scaling=0.4)
     each = parameterise(ARM, path, START, LIMITS, velocity_scaling=[0.4, 0.4, 0.4])
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
-    with pytest.raises(InvalidArgumentError, match="2 shares of the speed do not fit the 3 segments"):
+    with pytest.raises(
+        InvalidArgumentError, match="2 shares of the speed do not fit the 3 segments"
+    ):
         parameterise(ARM, path, START, LIMITS, velocity_scaling=[0.4, 0.4])
     with pytest.raises(InvalidArgumentError, match=r"velocity_scaling 1.5 is outside"):
         parameterise(ARM, path, START, LIMITS, velocity_scaling=[0.4, 1.5, 1.0])
