@@ -71,10 +71,6 @@ def trajectory_of(value: TrajectoryValue) -> Trajectory:
 def workspace_of(parameters: ArmParameters, state: WorkspaceState) -> Workspace:
     """Return the workspace of an arm, as its owner has it.
 
-    Args:
-        parameters: Parameters of the arm.
-        state: Its tool, scene, load and speed limit.
-
     Raises:
         ConfigurationError, InvalidArgumentError: The values contradict each other.
     """

@@ -182,10 +182,6 @@ class JointOnBus:
 
         A joint that does not answer, or does not support the request, needs its BOOT button.
 
-        Args:
-            programmer: Programmer of its board.
-            image: The image to be written.
-
         Raises:
             FlashError: The joint is enabled, or the board in its bootloader is another one.
             CommunicationError: The joint did not answer the request, or refused it.

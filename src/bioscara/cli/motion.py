@@ -114,11 +114,6 @@ def opened_arm(
 
     An arm of this process is disabled then; that of an owner stays as it is.
 
-    Args:
-        options: Parsed options.
-        parameters: Parameters of the arm.
-        output: Output for messages to the user.
-
     Raises:
         FaultedError: A fault stopped the arm before, and is not acknowledged.
         BioscaraError: The arm cannot be used.

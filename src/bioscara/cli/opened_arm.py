@@ -122,10 +122,6 @@ def left(options: Options) -> str:
 def require_acknowledgement(robot: ArmMethods, options: Options) -> None:
     """Raise if there are faults from before this run, unless ``--acknowledge`` is given.
 
-    Args:
-        robot: A robot that was just connected.
-        options: Parsed options.
-
     Raises:
         FaultedError: There are faults; names them, the remedy and the command to continue.
     """

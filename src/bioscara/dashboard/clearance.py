@@ -63,10 +63,6 @@ def clearance(
 def surroundings(parameters: ArmParameters, workspace: m.WorkspaceState) -> tuple[Scara, Scene]:
     """Return the kinematics of an arm with its tool, and its scene with its load.
 
-    Args:
-        parameters: Parameters of the arm.
-        workspace: Its tool, scene and load.
-
     Raises:
         ConfigurationError: The scene is invalid.
     """

@@ -38,7 +38,7 @@ class Axis:
     """One joint and its state that is kept from cycle to cycle.
 
     Attributes:
-        joint: As given.
+        joint: The joint.
         name: Name of the joint.
         parameters: Its parameters.
         homing: Its homing.

@@ -88,9 +88,6 @@ class Capacity:
 
         As many as leave the bus below :data:`BUSY_SHARE`, or else one, if there is time at all. No
         rate and no mode is refused because of the loads.
-
-        Args:
-            modes: All joints with their modes.
         """
         able, cycles = len(load_reporters(modes)), max(self.rate, 1)
         bare, load = self.cycle_time(modes), max(self._bit_time * _LOAD_BITS, _NO_TIME)

@@ -41,10 +41,6 @@ class Overlay:
 
     Mappings are merged; all other values, also lists, replace the file's.
 
-    Args:
-        file: The complete file.
-        overlay: The values over it; may be empty.
-
     Attributes:
         values: Of both; for ``Checked.checked``.
 

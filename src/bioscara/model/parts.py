@@ -180,11 +180,7 @@ class Lengths(Protocol):
 
 
 def drawing(geometry: Lengths) -> tuple[Link, ...]:
-    """Return the links that have a body, from the base to the jaws.
-
-    Args:
-        geometry: Lengths of the upper arm and forearm.
-    """
+    """Return the links that have a body, from the base to the jaws."""
     return (
         _base(),
         _column(),

@@ -151,7 +151,7 @@ def _not_zero(value: object) -> object:
 
 def _not_empty(value: object) -> object:
     if isinstance(value, list | tuple) and not value:
-        raise ValueError("Value should have at least 1 item after validation, not 0")
+        raise ValueError("it must have at least one value")
     return value
 
 
@@ -254,10 +254,6 @@ def parsed(kind: Any, value: Any) -> Any:
     """Return a value of a type, which is one of those that groups have.
 
     Nothing is converted, except a list to a tuple and a whole number to a float.
-
-    Args:
-        kind: The type, with its annotations.
-        value: The value.
 
     Raises:
         ProblemsError: It cannot be used.

@@ -38,14 +38,7 @@ class ToolPath(NamedTuple):
 
 
 def draw_from_above(axis: Axes, path: ToolPath, kinematics: Scara, scene: Scene) -> None:
-    """Draw the path of the tool, the arm at both of its ends, and the borders of the zones.
-
-    Args:
-        axis: Axes to draw on.
-        path: Path to draw.
-        kinematics: The arm with its tool.
-        scene: Surroundings of the arm.
-    """
+    """Draw the path of the tool, the arm at both of its ends, and the borders of the zones."""
     l1, l2, _ = kinematics.geometry
     reach = 1.2 * (l1 + l2 + math.hypot(kinematics.tool.x, kinematics.tool.y))
     axis.update_datalim(
@@ -77,14 +70,7 @@ def draw_from_above(axis: Axes, path: ToolPath, kinematics: Scara, scene: Scene)
 
 
 def draw_height(axis: Axes, path: ToolPath, kinematics: Scara, scene: Scene) -> None:
-    """Draw the height of the tool along its path, and the zones that it passes over or under.
-
-    Args:
-        axis: Axes to draw on.
-        path: Path to draw.
-        kinematics: The arm with its tool.
-        scene: Surroundings of the arm.
-    """
+    """Draw the height of the tool along its path, and the zones that it passes over or under."""
     steps = np.linalg.norm(np.diff(path.poses[:, :2], axis=0), axis=1)
     along, height = np.concatenate(((0.0,), np.cumsum(steps))), path.poses[:, 2]
     axis.plot(along, height, color="black")

@@ -45,12 +45,7 @@ _OWN_PREFIX = "arm."
 
 
 class Observation:
-    """Publishes activity with each change, and the rest once a second.
-
-    Args:
-        bridge: The common parts of the node.
-        loaded: The controllers.
-    """
+    """Publishes activity with each change, and the rest once a second."""
 
     def __init__(self, bridge: Bridge, loaded: LoadedControllers) -> None:
         self._bridge, self._loaded = bridge, loaded

@@ -97,10 +97,6 @@ FAULTS = {
 class Bench:
     """The faults of one simulated arm; used in the thread that runs its control loop.
 
-    Args:
-        arm: The arm.
-        bus: The bus in front of it.
-
     Attributes:
         faults: Those that last, oldest first; replaced as a whole, so that any thread may read it.
         changed: Called with a sentence after the time of a fault is over.

@@ -79,13 +79,6 @@ def write_picture(
 ) -> str:
     """Draw a plan with the limits and the scene of its planner; return a message naming the file.
 
-    Args:
-        path: The PNG file.
-        plan: Plan to draw.
-        planner: The planner of the plan.
-        parameters: Parameters of the arm.
-        title: Title of the figure.
-
     Raises:
         InvalidArgumentError: The file cannot be written.
     """

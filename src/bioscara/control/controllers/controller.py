@@ -31,8 +31,8 @@ class Controller(ABC, Generic[P]):
     interfaces, in the order in which it named them, before ``on_activate``.
 
     Attributes:
-        name: As given.
-        parameters: As given.
+        name: Name of the controller.
+        parameters: Its checked parameters.
         state: Its lifecycle state; changed by the manager only.
         nominal_period: Nominal time from update to update [s]; set before ``on_activate``.
         commanded_speeds: Velocity at which each claimed joint was commanded when the controller
@@ -142,10 +142,6 @@ class Controller(ABC, Generic[P]):
         states: Mapping[str, StateInterface],
     ) -> None:
         """Take the handles of the interfaces that it named.
-
-        Args:
-            commands: All command interfaces, by name.
-            states: All state interfaces, by name.
 
         Raises:
             ControllerError: One does not exist.

@@ -21,11 +21,6 @@ EvidenceWriter = Callable[[Evidence, str, Sequence[ArmFault]], Path]
 class FaultLog:
     """Faults in order of occurrence, with evidence for each group that occurred together.
 
-    Args:
-        record: The last seconds.
-        write: Writes the evidence.
-        joints: How many joints the arm has.
-
     Attributes:
         faults: The faults, first cause first.
     """

@@ -192,9 +192,6 @@ class UpdateStatistics:
 class ManagerStatistics:
     """Statistics of a manager's cycles since it was created.
 
-    Args:
-        components: Names of its hardware components.
-
     Attributes:
         periodicity: How often they came, in real time, since :meth:`forget` [Hz].
         read: Duration of reading [s], by component.

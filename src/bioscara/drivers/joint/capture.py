@@ -39,11 +39,6 @@ def read(session: Session, clock: Clock, joint: str) -> Capture:
 
     Each block of it is requested by its number, so that a repeated exchange answers the same one.
 
-    Args:
-        session: Session with the joint.
-        clock: Its clock.
-        joint: Its name, for messages.
-
     Raises:
         IncorrectStateError: It is not complete in time, as none was begun.
     """

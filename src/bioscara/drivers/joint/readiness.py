@@ -20,11 +20,6 @@ _NONE = Register.NONE
 class Readiness:
     """Whether one joint can move, by the flags in its last answer; nothing is sent.
 
-    Args:
-        name: Name of the joint, for messages.
-        session: Session with the joint.
-        feedback: Its measured state.
-
     Attributes:
         blocking: The blocking command that was started here and has not ended.
     """

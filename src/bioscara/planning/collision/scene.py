@@ -410,12 +410,7 @@ def _check_finite(joints: Array) -> None:
 
 
 def _make_tuples(owner: object, *sequences: str) -> None:
-    """Convert attributes that may be lists to tuples: layouts are cached by value.
-
-    Args:
-        owner: A frozen dataclass that is being constructed.
-        sequences: Names of its attributes.
-    """
+    """Convert attributes that may be lists to tuples: layouts are cached by value."""
     for name in sequences:
         what = f"the {name} of a zone or scene"
         values = items(what, getattr(owner, name), error=ConfigurationError)

@@ -287,11 +287,7 @@ def _between(cuts: Index, end: int) -> Iterator[tuple[int, int]]:
 
 
 class _Rows:
-    """Collects pairs of bodies and their parts.
-
-    Args:
-        bodies: All bodies that are checked, zones included.
-    """
+    """Collects pairs of bodies and their parts."""
 
     def __init__(self, bodies: tuple[Body, ...]) -> None:
         self.bodies = bodies

@@ -181,10 +181,6 @@ def distance_bounds(placed: Placed, one: Index, other: Index) -> Array:
 def distances(one: Placed, other: Placed) -> Array:
     """Return the distances between shapes, pair by pair.
 
-    Args:
-        one: Shapes.
-        other: As many.
-
     Returns:
         [m]; where negative, the displacement that separates the two.
     """

@@ -30,13 +30,9 @@ _ENOUGH = COARSE / 4.0
 class StopGuard:
     """Check that an arm in a scene can come to rest clear of everything.
 
-    Args:
-        kinematics: The arm with its tool.
-        scene: Scene to keep clear of.
-
     Attributes:
-        kinematics: As given.
-        scene: As given.
+        kinematics: The arm with its tool.
+        scene: The scene to keep clear of.
     """
 
     def __init__(self, kinematics: Scara, scene: Scene) -> None:

@@ -44,13 +44,7 @@ class Hindrance(NamedTuple):
 
 
 class StoppingCheck:
-    """Check of the stopping paths of one arm in one scene.
-
-    Args:
-        kinematics: The arm with its tool.
-        limits: Of its joints.
-        scene: Scene to keep clear of, or None.
-    """
+    """Check of the stopping paths of one arm in one scene."""
 
     def __init__(
         self, kinematics: Scara, limits: Sequence[JointLimits], scene: Scene | None

@@ -92,11 +92,6 @@ def has_motions(header: Sequence[str]) -> bool:
 def trajectory_of_motions(name: str, header: Sequence[str], rows: Iterable[Row]) -> Trajectory:
     """Return the motion in a table of motions, its parts one after the other.
 
-    Args:
-        name: Name of the file.
-        header: Names of the columns.
-        rows: The rows.
-
     Raises:
         TrajectoryError: It holds several motions, or none.
     """

@@ -270,11 +270,8 @@ class Arc(Segment):
 class Joined:
     """A sequence of segments as one path, each beginning as the one before it ends.
 
-    Args:
-        segments: The segments, at least one.
-
     Attributes:
-        segments: As given.
+        segments: The segments, at least one.
         length: Largest parameter.
         breaks: The seams between the segments.
 

@@ -113,12 +113,7 @@ def _write(
 
 
 class _CsvWriter:
-    """Writes a CSV file; an unknown number is an empty cell.
-
-    Args:
-        path: The file.
-        columns: The first rows, which name the columns.
-    """
+    """Writes a CSV file; an unknown number is an empty cell."""
 
     def __init__(self, path: Path, columns: Mapping[str, Any]) -> None:
         self._file: TextIO = path.open("w", encoding="utf-8", newline="")

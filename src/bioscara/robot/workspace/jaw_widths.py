@@ -11,10 +11,6 @@ from bioscara.model import GripperParameters
 class JawWidths:
     """The widths that the jaws may have.
 
-    Args:
-        hardware: The hardware component of the gripper.
-        parameters: Parameters of the gripper.
-
     Attributes:
         held: Width of the object between the jaws [m]; None if they hold none.
     """

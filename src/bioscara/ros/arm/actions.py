@@ -17,11 +17,7 @@ _PERIOD = 0.05
 
 
 class ArmActions:
-    """Offers the actions.
-
-    Args:
-        bridge: The common parts of the node.
-    """
+    """Offers the actions."""
 
     def __init__(self, bridge: Bridge) -> None:
         self._bridge = bridge

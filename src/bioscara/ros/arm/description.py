@@ -35,7 +35,7 @@ class RobotDescription:
     """The hardware components of a robot description, and the translation of their names.
 
     Attributes:
-        text: As given.
+        text: The URDF.
         urdf: The parsed description.
         components: The hardware components.
         joints: The owner's names of all joints, by their names in the description.

@@ -20,11 +20,7 @@ FOLDER = "bioscara"
 
 
 class ArmServices:
-    """Offers the services.
-
-    Args:
-        bridge: The common parts of the node.
-    """
+    """Offers the services."""
 
     def __init__(self, bridge: Bridge) -> None:
         self._bridge = bridge

@@ -35,11 +35,7 @@ _NODES: dict[str, type[ControllerNode]] = {
 
 
 class LoadedControllers:
-    """Loads controllers into the owner, each with a node of its name.
-
-    Args:
-        bridge: The common parts of the node.
-    """
+    """Loads controllers into the owner, each with a node of its name."""
 
     def __init__(self, bridge: Bridge) -> None:
         self._bridge = bridge

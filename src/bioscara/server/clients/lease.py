@@ -78,10 +78,6 @@ class Lease:
     def require(self, session: str, epoch: int | None) -> None:
         """Check a command.
 
-        Args:
-            session: ClientSession of the client.
-            epoch: Epoch that the command carries.
-
         Raises:
             LeaseError: The client does not hold the lease.
         """

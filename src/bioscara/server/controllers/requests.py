@@ -75,10 +75,6 @@ class Admission(Protocol):
 class ClientControllers:
     """Carries out requests that concern the controllers of clients.
 
-    Args:
-        runner: Runs the operations of the arm.
-        admission: Of the owner.
-
     Attributes:
         goals: The goals of the controllers.
         handlers: The functions that handle the commands.

@@ -19,12 +19,7 @@ EXECUTING = GoalStatus.EXECUTING
 
 
 class ControllerSampler:
-    """Makes a sample at the end of each cycle.
-
-    Args:
-        arm: The arm, connected.
-        goals: The goals of the controllers.
-    """
+    """Makes a sample at the end of each cycle."""
 
     def __init__(self, arm: Arm, goals: ControllerGoals) -> None:
         self._arm, self._goals = arm, goals

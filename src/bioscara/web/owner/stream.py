@@ -12,12 +12,7 @@ _CHUNK = 1 << 16
 
 
 class OwnerStream:
-    """One connection to the owner of an arm; messages are JSON that is not decoded yet.
-
-    Args:
-        reader: Of the socket.
-        writer: Of the socket.
-    """
+    """One connection to the owner of an arm; messages are JSON that is not decoded yet."""
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._reader, self._writer = reader, writer
