@@ -30,6 +30,8 @@ from dashboard.rig import (
     at_rest,
     command,
     open_page,
+    page_of,
+    recover,
     site,
     stays,
     wait_for_state,
@@ -72,14 +74,6 @@ def kept(page: Page, *allowed: str) -> None:
     known = ("WebSocket", "Failed to load resource", *allowed)
     errors = page.errors  # type: ignore[attr-defined]
     assert [each for each in errors if not any(word in each for word in known)] == []
-
-
-@contextmanager
-def page_of(browser: Browser, made: Site, scope: Scope = Scope.OPERATE) -> Iterator[Page]:
-    """Open a page in a profile of its own."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield open_page(context, made, scope)
-    context.close()
 
 
 class Apart:
@@ -131,7 +125,7 @@ def apart(left: Site) -> Iterator[Apart]:
 def test_a_network_that_goes_silent_ends_a_hold_and_control_is_taken_again(
     browser: Browser, apart: Apart, left: Site
 ) -> None:
-    with page_of(browser, apart.site()) as page:
+    with page_of(browser, apart.site(), clean=False) as page:
         hold(page, left.robot)
         rests(left.robot, lambda: apart.gateway.send_signal(signal.SIGSTOP))
         wait_for_state(page, "gone")
@@ -148,7 +142,7 @@ def test_a_network_that_goes_silent_ends_a_hold_and_control_is_taken_again(
 def test_a_gateway_that_is_killed_ends_a_hold_and_its_successor_asks_to_sign_in(
     browser: Browser, apart: Apart, left: Site
 ) -> None:
-    with page_of(browser, apart.site()) as page:
+    with page_of(browser, apart.site(), clean=False) as page:
         hold(page, left.robot)
         rests(left.robot, apart.gateway.kill)
         wait_for_state(page, "gone")
@@ -164,7 +158,7 @@ def test_another_owner_under_the_page_is_commanded_only_after_asking_again(
 ) -> None:
     with site() as made:
         gateway = Apart(made)
-        with page_of(browser, gateway.site()) as page:
+        with page_of(browser, gateway.site(), clean=False) as page:
             command(page)
             page.evaluate("""() => {
                 const { names, positions } = bioscara.arm.sample;
@@ -208,7 +202,7 @@ def test_a_renderer_that_stands_still_ends_a_hold_and_comes_back_with_fresh_valu
     browser: Browser, left: Site
 ) -> None:
     before = renderers(browser)
-    with page_of(browser, left) as page:
+    with page_of(browser, left, clean=False) as page:
         hold(page, left.robot)
         own = renderers(browser) - before
         assert own
@@ -240,12 +234,7 @@ def test_a_fault_ends_a_hold_and_no_press_moves_the_arm_until_it_is_recovered(
     stays(left.robot)
     page.mouse.up()
     page.evaluate(heat, 0)
-    left.robot.acquire_lease(force=True)
-    wait_until(lambda: left.robot.fault_list().state != "stopping", "the arm rests")
-    left.robot.acknowledge()
-    left.robot.recover()
-    left.robot.enable()
-    left.robot.release_lease()
+    recover(left.robot)
     wait_for_state(page, "no-lease")
 
 
@@ -294,7 +283,7 @@ def test_a_second_tab_cannot_jog_and_its_end_and_a_takeover_are_told_apart(
     page.bring_to_front()
     assert page.evaluate("bioscara.arm.commands")
     hold(page, left.robot)
-    with page_of(browser, left, Scope.ADMIN) as admin:
+    with page_of(browser, left, Scope.ADMIN, clean=False) as admin:
         rests(left.robot, lambda: admin.evaluate("bioscara.arm.acquire(true)"))
         wait_for_state(page, "lease-elsewhere")
         page.wait_for_selector("#lease-lost:not([hidden])")

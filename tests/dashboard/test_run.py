@@ -14,7 +14,7 @@ from bioscara import Load, Prism, RemoteRobot, Robot
 from bioscara.api import messages as m
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, at_rest, command, moves, open_page, positions, wait_for_state
+from dashboard.rig import Site, at_rest, command, moves, page_of, positions, wait_for_state
 from processes import wait_until
 from served import HALF, RawClient
 
@@ -24,9 +24,8 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def shared(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page that the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield open_page(context, left)
-    context.close()
+    with page_of(browser, left, clean=False) as opened:
+        yield opened
 
 
 @pytest.fixture
@@ -149,13 +148,11 @@ def test_several_clients_pause_and_each_lifts_its_own_pause(page: Page, left: Si
 
 
 def test_a_page_that_may_only_look_pauses_and_does_not_resume(browser: Browser, left: Site) -> None:
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    page = open_page(context, left, Scope.VIEW)
-    motion = part(page, "Motion")
-    motion.get_by_role("button", name="Pause", exact=True).click()
-    motion.get_by_role("button", name="Resume", exact=True).press("Enter")
-    page.get_by_text("Resume: this page is signed in to look").wait_for()
-    context.close()
+    with page_of(browser, left, Scope.VIEW, clean=False) as page:
+        motion = part(page, "Motion")
+        motion.get_by_role("button", name="Pause", exact=True).click()
+        motion.get_by_role("button", name="Resume", exact=True).press("Enter")
+        page.get_by_text("Resume: this page is signed in to look").wait_for()
     with RawClient("bench-script") as script:
         (author,) = script.request(m.GetState()).paused_by
         assert author.startswith("dashboard (view, ")

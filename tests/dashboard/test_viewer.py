@@ -20,7 +20,7 @@ from bioscara.planning import Trajectory, write_csv
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
 from bioscara.web.viewer import ViewServer
-from dashboard.test_accessibility import violations
+from dashboard.accessible import violations
 from processes import wait_until
 from web.gateways import running_gateway
 
