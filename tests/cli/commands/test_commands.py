@@ -63,38 +63,6 @@ def tracking_errors(folder: Path) -> dict[str, float]:
     }
 
 
-def test_joints_lists_all_four(said: Said) -> None:
-    out = said.output("joints")
-    for name, joint in LIMITS.items():
-        assert f"{joint.address:#04x}" in line(out, name)
-        assert "protocol 2, firmware" in line(out, name)
-        assert "power on" in line(out, name)
-
-
-def test_version_1_joints_are_listed_with_unknown_values(said: Said) -> None:
-    out = said.output("joints --v1")
-    assert "joints with their original firmware" in out
-    for name in LIMITS:
-        assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", line(out, name))
-        assert line(out, name).count("unknown") == 3
-
-
-def test_joints_waits_for_silent_joints_and_reports_it(wire: Wire, said: Said) -> None:
-    arms: list[SimulatedArm] = []
-
-    def without_j2(arm: SimulatedArm) -> Bus:
-        arms.append(arm)
-        arm.set_power("j2", on=False)
-        return FirmwareBus(arm)
-
-    wire(without_j2)
-    told = said("joints --v1")
-    assert told.status == 1
-    assert arms[0].clock.now() > 1.0
-    assert "no device acknowledges at the address of j2; waiting 1 s" in told.err
-    assert "missing" in told.out
-
-
 @pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
 def test_a_missing_joint_is_named_and_the_others_are_listed(
     words: list[str], wire: Wire, said: Said
@@ -185,19 +153,6 @@ def test_a_dry_run_of_a_served_arm_begins_where_that_is(tmp_path: Path, said: Sa
     assert planned.positions[0, 1:] == pytest.approx(HALF[1:], abs=1e-3)
     assert f"{planned.duration:.2f} s" in dry
     assert f"j2 at {HALF[1]:+.3f}" in dry
-
-
-def test_too_fast_is_refused_with_joint_time_value_and_limit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Said
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    err = said.refusal("run", TOO_FAST)
-    assert re.search(
-        r"j2 at \d\.\d+ s: velocity -?0\.\d+ m/s exceeds the limit of 0\.02 m/s; "
-        r"fit\(\), or bioscara run --fit, stretches it",
-        err,
-    )
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_fit_stretches_it_and_says_by_how_much(tmp_path: Path, said: Said) -> None:

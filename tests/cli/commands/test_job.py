@@ -20,6 +20,8 @@ from bioscara.report import Phase
 from cli.said import Said
 from processes import wait_for_line
 
+TOO_FAST = str(Path(__file__).parents[2] / "data/planned_time_optimal.yaml")
+
 
 def samples(folder: Path) -> list[dict[str, str]]:
     """Return the rows, after a check that all of them are whole."""
@@ -95,6 +97,7 @@ def test_ctrl_c_in_each_phase_stops_and_reports(
         (["demo", "--bus", "linux:99"], "99"),
         (["joints", "--bus", "linux:99"], "99"),
         (["joints", "--bus", "sim:/no/such.sock"], "/no/such.sock"),
+        (["run", TOO_FAST], "; fit(), or bioscara run --fit, stretches it"),
     ],
 )
 def test_a_refusal_is_one_line_before_anything_moves(

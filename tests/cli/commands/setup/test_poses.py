@@ -30,22 +30,6 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "poses.yaml"
 
 
-def test_a_pose_is_saved_listed_shown_and_deleted(elsewhere: Path, said: Said) -> None:
-    assert "poses.yaml does not exist" in said.output("poses list")
-    assert main(["poses", "save", "plate", "--joints", *JOINTS, "--calibration", "7 b"]) == 0
-    assert main(["poses", "save", "gate", "--pose", "0.35", "0.25", "0.2", "0.5"]) == 0
-    out = said.output("poses list")
-    assert re.search(
-        r"^plate +\+0\.3000 \+0\.1000 \+0\.8000 -0\.4000 +\+0\.5351 .* 7 b$", out, re.M
-    )
-    assert re.search(r"^gate +- +\+0\.3500 \+0\.2500 \+0\.2000 \+0\.5000 +fingers +-$", out, re.M)
-    assert re.search(r"^center ", out, re.M)
-    assert re.search(r"reachable +yes", said.output("poses show gate"))
-    assert main(["poses", "delete", "plate"]) == 0
-    table = load_table(elsewhere, fingers(PARAMETERS))
-    assert [pose.name for pose in table.poses] == ["gate"]
-
-
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
