@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import re
-import signal
-import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -20,8 +17,6 @@ from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from cli.said import Said
 from flight_records import read_record
-from processes import environment, wait_for_line, wait_until
-from system.observed_arm import at_rest, truth
 
 NAMES = tuple(joint.name for joint in load_parameters().joints)
 
@@ -117,39 +112,3 @@ def test_half_speed_is_reported_with_its_reason(
     assert out.count("warning: LATE: the loop does not keep 100 Hz") >= 1
     if words[0] == "demo":
         assert "LATE" in (tmp_path / "run" / "report.txt").read_text()
-
-
-def test_host3_a_run_after_a_killed_one_reports_the_fault_and_moves_nothing(
-    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
-) -> None:
-    arm = tmp_path / "arm.sock"
-    # A killed process leaves the folder of the simulated servo behind.
-    env = environment(TMPDIR=str(tmp_path))
-    simulated = start("-m", "tests.system.observed_arm", str(arm), "homed", env=env)
-    wait_for_line(simulated, "listening")
-
-    def demo(name: str, *words: str) -> subprocess.Popen[str]:
-        command = ("demo", "--out", str(tmp_path / name), "--bus", f"sim:{arm}", *words)
-        return start("-m", "bioscara", *command, env=env, stderr=subprocess.PIPE)
-
-    first = demo("first")
-    wait_for_line(first, "  approach")
-    wait_until(lambda: first.poll() is not None or abs(truth(arm)[1][0]) > 0.05, "j1 moves")
-    first.kill()
-    out, err = first.communicate()
-    assert first.returncode == -signal.SIGKILL, out + err
-    wait_until(lambda: at_rest(arm), "the joints stop by themselves")
-    second = demo("second")
-    out, err = second.communicate(timeout=60)
-    assert second.returncode == 2, err
-    assert "SETPOINT_LOST (j1" in err
-    assert f"--bus sim:{arm} --acknowledge" in err
-    assert "homing" not in out
-    assert not (tmp_path / "second").exists()
-    third = demo("third", "--acknowledge")
-    wait_for_line(third, "  approach")
-    third.send_signal(signal.SIGINT)
-    out, err = third.communicate(timeout=60)
-    assert third.returncode == 130, err
-    with (tmp_path / "third" / "samples.csv").open(newline="") as file:
-        assert all(row["phase"] != "homing" for row in csv.DictReader(file))

@@ -87,17 +87,6 @@ def test_another_joint_at_the_address() -> None:
 
 
 @BOTH
-def test_noise_is_not_identified_as_a_joint(v1: bool) -> None:
-    world = World(v1=v1)
-    world.bus.garbage()
-    with pytest.raises(CorruptFrameError):
-        world.joints[0].init()
-    world.bus.clear()
-    with pytest.raises(NotInitializedError):
-        world.joints[0].get_flags()
-
-
-@BOTH
 @pytest.mark.parametrize(("index", "home"), list(enumerate(HOME)))
 def test_home_sets_the_position_and_disable_removes_the_torque(
     v1: bool, index: int, home: tuple[str, float]

@@ -18,14 +18,21 @@ from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
 from bioscara.recording.reading.recovery import recover
-from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.robot import kinematics_of
 from bioscara.rosbag.topics import Topic
 from full_disk import full_after
 from processes import wait_until
 from recording.conftest import Made
-from recording.served_arm import NAME, Read, Recording, read, recording, served
+from recording.served_arm import (
+    NAME,
+    Read,
+    attached,
+    read,
+    recorded_fault,
+    recording,
+    served,
+)
 
 
 def _events(stored: list[Read]) -> list[dict[str, object]]:
@@ -232,18 +239,8 @@ def test_a_recording_leaves_room_to_others_and_is_then_complete(
         assert "no file is begun" in str(second.error)
 
 
-def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
-    with served(tmp_path) as owner, recording(tmp_path) as recorder:
-        with Robot.connect(f"arm:{NAME}") as robot:
-            robot.enable()
-            owner.robot.simulate_fault("reset", "j3")
-            wait_until(lambda: robot.faults != (), "the fault")
-            (fault,) = robot.acknowledge()
-            assert fault.evidence is not None
-            wait_until(lambda: _attached(recorder) != {}, "the evidence")
-        (path,) = recorder.end()
-    written = (tmp_path / "faults" / fault.evidence.name).read_bytes()
-    assert _attached(recorder) == {fault.evidence.name: written}
+def test_the_evidence_of_a_fault_isattached(tmp_path: Path) -> None:
+    path, _ = recorded_fault(tmp_path)
     states = [json.loads(each.message.data)["state"] for each in read(path, Topic.FAULTS)]
     assert states[0] == "clear"
     assert states[-1] == "acknowledged"
@@ -251,7 +248,7 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
     assert levels == [40]
 
 
-def test_the_evidence_of_a_fault_that_is_over_when_asked_for_is_attached(
+def test_the_evidence_of_a_fault_that_is_over_when_asked_for_isattached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with served(tmp_path) as owner, recording(tmp_path) as recorder:
@@ -266,17 +263,10 @@ def test_the_evidence_of_a_fault_that_is_over_when_asked_for_is_attached(
             (fault,) = owner.robot.faults
             robot.recover()
         assert fault.evidence is not None
-        wait_until(lambda: _attached(recorder) != {}, "the evidence")
+        wait_until(lambda: attached(recorder) != {}, "the evidence")
         (path,) = recorder.end()
-    assert list(_attached(recorder)) == [fault.evidence.name]
+    assert list(attached(recorder)) == [fault.evidence.name]
     said = [json.loads(each.message.data) for each in read(path, Topic.EVENTS)]
     (event,) = [each for each in said if each["what"] == "acknowledged"]
     assert fault.evidence.name in event["text"]
     assert event["fault"]["evidence"] == fault.evidence.name
-
-
-def _attached(recorder: Recording) -> dict[str, bytes]:
-    """Return the attached flight records, also of a file that is being written."""
-    scan = FileScan()
-    list(messages(recorder.folder.files()[-1], scan, ()))
-    return {each.name: each.data for each in scan.attachments if each.name.startswith("fault-")}
