@@ -48,7 +48,7 @@ def touch(devtools: Any, kind: str, *points: dict[str, float]) -> None:
 
 
 def ends(
-    left: Site, act: Callable[[], object], *, expires: bool = False, after: float = 0.0
+    left: Site, act: Callable[[], object], *, expires: bool | None = False, after: float = 0.0
 ) -> None:
     """Require that an act ends the jog in time, and that the arm stays where it then is.
 

@@ -15,7 +15,6 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 from websockets.sync.client import connect
 
-from bioscara import Robot
 from bioscara.remote import RemoteRobot
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import (
@@ -138,7 +137,7 @@ def test_a_gateway_that_is_killed_ends_a_hold_and_its_successor_asks_to_sign_in(
 ) -> None:
     with page_of(browser, apart.site(), clean=False) as page:
         hold(page, left.robot)
-        rests(left.robot, apart.gateway.kill)
+        rests(left.robot, lambda: apart.gateway.send_signal(signal.SIGKILL))
         wait_for_state(page, "gone")
         apart.gateway.wait(5.0)
         apart.start()
@@ -171,7 +170,7 @@ def test_another_owner_under_the_page_is_commanded_only_after_asking_again(
                 wait_for_state(page, "no-lease")
                 assert page.evaluate("bioscara.arm.epoch") is None
                 assert page.locator(".view-plan.dead").count() == 1
-                with Robot.connect(f"arm:{NAME}") as robot:
+                with RemoteRobot(NAME) as robot:
                     page.locator(button(robot)).hover()
                     page.mouse.down()
                     page.wait_for_function(
@@ -200,12 +199,16 @@ def test_a_renderer_that_stands_still_ends_a_hold_and_comes_back_with_fresh_valu
         hold(page, left.robot)
         own = renderers(browser) - before
         assert own
+
+        def send(number: signal.Signals) -> None:
+            for each in own:
+                os.kill(each, number)
+
         try:
-            rests(left.robot, lambda: [os.kill(each, signal.SIGSTOP) for each in own])
+            rests(left.robot, lambda: send(signal.SIGSTOP))
             stays(left.robot, 2.0)
         finally:
-            for each in own:
-                os.kill(each, signal.SIGCONT)
+            send(signal.SIGCONT)
         wait_for_state(page, *LIVE)
         page.wait_for_function("bioscara.arm.age < 200")
         # The lease of 2 s may have lapsed; the jog has ended either way.
@@ -289,7 +292,7 @@ def test_a_second_tab_cannot_jog_and_its_end_and_a_takeover_are_told_apart(
 @contextmanager
 def raw(page: Page, left: Site) -> Iterator[WebClientOfTest]:
     """Open a WebSocket as the page does, with its cookie."""
-    cookie = "; ".join(f"{each['name']}={each['value']}" for each in page.context.cookies())  # type: ignore[typeddict-item]
+    cookie = "; ".join(f"{each['name']}={each['value']}" for each in page.context.cookies())
     origin = left.url.rstrip("/")
     headers = {"Origin": origin, "Cookie": cookie}
     with connect(origin.replace("http", "ws") + "/ws", additional_headers=headers) as opened:

@@ -166,7 +166,7 @@ def test_jog_r4_each_end_of_a_touch_brings_the_arm_to_rest(
     page: Page, left: Site, kind: str
 ) -> None:
     devtools, point = hold_finger(page, left)
-    second = {"x": 300, "y": 300, "id": 2}
+    second = {"x": 300.0, "y": 300.0, "id": 2.0}
     acts: dict[str, Callable[[], None]] = {
         "second finger": lambda: touch(devtools, "touchStart", point, second),
         "drift": lambda: touch(devtools, "touchMove", {**point, "y": point["y"] + 150}),

@@ -139,7 +139,7 @@ def test_the_tabs_needed_beside_the_arm_are_first_and_stop_is_64_pixels_high(pag
 
 def test_axe_finds_nothing_and_all_of_it_fits(page: Page) -> None:
     for scheme in ("light", "dark"):
-        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        page.emulate_media(color_scheme=scheme)
         for mode in ("tool", "joints"):
             page.locator(f"[data-value={mode}]").tap()
             assert violations(page) == []

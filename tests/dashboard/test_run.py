@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from importlib import import_module
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Locator, Page
 
 from bioscara import Load, Prism, RemoteRobot, Robot
 from bioscara.api import messages as m
@@ -37,9 +37,9 @@ def page(shared: Page, left: Site) -> Page:
     return shared
 
 
-def part(page: Page, name: str) -> Page:
+def part(page: Page, name: str) -> Locator:
     """Return a part of the panel."""
-    return page.get_by_role("region", name=name)  # type: ignore[return-value]
+    return page.get_by_role("region", name=name)
 
 
 def rests(left: Site) -> None:
@@ -294,6 +294,6 @@ def check(code: str) -> None:
             case ast.Attribute(value=value, attr=attribute) if attribute != "gripper":
                 parts = kinds.get(ast.unparse(value), ())
                 assert not parts or any(hasattr(kind, attribute) for kind in parts), code
-    names = [each for each in ast.walk(tree) if isinstance(each, ast.Name)]
-    stored = {each.id for each in names if isinstance(each.ctx, ast.Store)}
-    assert {each.id for each in names} <= {"robot", *stored, *imported, *dir(builtins)}, code
+    used = [each for each in ast.walk(tree) if isinstance(each, ast.Name)]
+    stored = {each.id for each in used if isinstance(each.ctx, ast.Store)}
+    assert {each.id for each in used} <= {"robot", *stored, *imported, *dir(builtins)}, code

@@ -8,6 +8,7 @@ import logging
 import math
 import os
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -109,7 +110,9 @@ def test_a_running_channel_is_taken_over_without_a_missing_pulse(
         ),
     ],
 )
-def test_a_missing_output_names_path_and_remedy(kernel: Kernel, prepare, complaint: str) -> None:
+def test_a_missing_output_names_path_and_remedy(
+    kernel: Kernel, prepare: Callable[[Kernel], object], complaint: str
+) -> None:
     prepare(kernel)
     with pytest.raises(GripperError, match=complaint) as caught:
         pwm(kernel).start(0.02, 0.0015)
@@ -335,8 +338,10 @@ def test_calibration_finds_the_line_it_was_measured_on(
     assert found.lower == max(PARAMETERS.lower, smallest)
     assert found.upper == min(PARAMETERS.upper, largest)
     assert found.lower <= found.initial <= found.upper
-    limits = {"lower": 0.04, "upper": 0.112, "initial": 0.08}
-    assert replace(found, deg_per_m=3333.3, zero_width=0.058, **limits) == PARAMETERS
+    again = replace(
+        found, deg_per_m=3333.3, zero_width=0.058, lower=0.04, upper=0.112, initial=0.08
+    )
+    assert again == PARAMETERS
 
 
 def test_the_gripper_reaches_both_of_its_limits(kernel: Kernel, channel: Path, file: Path) -> None:

@@ -6,6 +6,7 @@ import json
 import math
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from mcap.reader import make_reader
 import bioscara.recording.writing.folder as recording_folder
 from bioscara import Robot
 from bioscara.api import messages as m
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
@@ -76,7 +78,7 @@ def test_the_tool_is_where_the_joints_and_the_transforms_put_it(made: Made) -> N
         )
 
 
-def _placed(transforms: list[object]) -> dict[str, np.ndarray]:
+def _placed(transforms: list[Any]) -> dict[str, Any]:
     """Return the pose of each link in the world."""
     placed, rest = {"world": np.eye(4)}, list(transforms)
     while rest:
@@ -133,7 +135,9 @@ def test_a_file_has_the_description_as_topic_and_as_attachment(made: Made) -> No
         assert reader.get_header().profile == "ros2"
         attached = {each.name: each.data.decode() for each in reader.iter_attachments()}
         (metadata,) = reader.iter_metadata()
-        channels = {each.topic: each for each in reader.get_summary().channels.values()}
+        summary = reader.get_summary()
+    assert summary is not None
+    channels = {each.topic: each for each in summary.channels.values()}
     assert attached["robot_description.urdf"] == urdf
     assert json.loads(attached["parameters.json"])["name"] == NAME
     assert metadata.metadata["owner"] == NAME
@@ -193,7 +197,7 @@ def test_it_waits_for_the_owner_and_begins_another_file_after_its_restart(tmp_pa
         assert recorder.heard("no owner of arm left runs")
         for count in (1, 2):
             with served(tmp_path):
-                wait_until(lambda n=count: len(recorder.folder.files()) == n, f"file {count}")
+                wait_until(lambda n=count: len(recorder.folder.files()) == n, f"file {count}")  # type: ignore[misc]
         files = recorder.end()
     assert recorder.error is None
     instances = set()
@@ -253,7 +257,7 @@ def test_the_evidence_of_a_fault_that_is_over_when_asked_for_isattached(
 ) -> None:
     with served(tmp_path) as owner, recording(tmp_path) as recorder:
         # As when a program recovers before the recorder has asked for the faults.
-        clear = {m.GetFaults: lambda *_: m.FaultList("clear", (), ())}
+        clear: Any = {m.GetFaults: lambda *_: m.FaultList(FaultState.CLEAR, (), ())}
         monkeypatch.setattr(owner.owner, "_handlers", {**owner.owner._handlers, **clear})
         with Robot.connect(f"arm:{NAME}") as robot:
             robot.enable()
