@@ -36,11 +36,6 @@ BARE = Transaction(0x11, bytes((Register.PING,)), 0)
 WHOLE = ONE_BYTE._replace(read=HELLO.answer_size + TRAILER)
 
 
-def _two(chance: random.Random) -> tuple[int, int]:
-    first, second = chance.sample(ADDRESSES, 2)
-    return first, second
-
-
 def disturb(bus: FaultyBus, chance: random.Random) -> None:
     """Put one fault in force that strikes now and then, or always."""
     first = chance.choice((None, None, None, Register.HELLO))
@@ -59,7 +54,7 @@ def disturb(bus: FaultyBus, chance: random.Random) -> None:
         lambda: bus.repeat(chance.randint(1, 3), when),
         lambda: bus.replay(chance.randint(1, 20), when),
         lambda: bus.delay(chance.randint(1, 5), when),
-        lambda: bus.swap(*_two(chance), when),
+        lambda: bus.swap(*chance.sample(ADDRESSES, 2), when),  # type: ignore[arg-type, call-arg]
     )
     chance.choice(faults)()
 
