@@ -79,11 +79,6 @@ def test_a_served_arm_is_shown_by_a_gateway_that_may_only_look(
         assert view.wait(timeout=20) == 0
 
 
-@pytest.mark.parametrize("port", ["-1", "65536", "http"])
-def test_a_wrong_port_is_refused(port: str, said: Said) -> None:
-    assert "is not a port" in said.refusal("view --port", port)
-
-
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with runs, and with every wrong kind of file."""
@@ -187,19 +182,6 @@ def test_a_source_that_cannot_be_shown_is_refused_in_one_sentence(
 ) -> None:
     err = said.refusal(f"view --port 0 {words}")
     assert complaint in err
-
-
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        ("good --name plate", "exclude one another"),
-        ("--linear", "--linear applies to a planned motion; add --pose"),
-        ("good --from 0 0.2 0 0", "--from applies to a planned motion"),
-        ("a.csv --velocity-scaling 0.5", "--velocity-scaling applies to a planned motion"),
-    ],
-)
-def test_options_that_would_be_ignored_are_refused(words: str, complaint: str, said: Said) -> None:
-    assert complaint in said.refusal(f"view {words}")
 
 
 @pytest.mark.usefixtures("files")
