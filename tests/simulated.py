@@ -293,3 +293,18 @@ class World:
             joint.init()
         home_together(joints)
         return joints
+
+
+def greeted(name: str, **made: Any) -> tuple[World, Joint]:
+    """Return a :class:`World`, made of these arguments, and one of its joints, initialised."""
+    world = World(**made)
+    joint = world.joints[NAMES.index(name)]
+    joint.init()
+    return world, joint
+
+
+def ready(name: str, **made: Any) -> tuple[World, Joint]:
+    """Return a :class:`World`, and one of its joints, initialised, enabled and homed."""
+    world = World(**made)
+    (joint,) = world.ready(name)
+    return world, joint

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from cli.said import Said
+
 
 @pytest.fixture(autouse=True, scope="module")
 def short_homing(near_the_stops: None) -> None:
@@ -20,3 +22,9 @@ def own_log() -> Iterator[None]:
     before = root.handlers[:]
     yield
     root.handlers[:] = [handler for handler in root.handlers if handler in before]
+
+
+@pytest.fixture
+def said(capsys: pytest.CaptureFixture[str]) -> Said:
+    """Runs commands and returns what they write."""
+    return Said(capsys)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -13,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara import __version__
-from bioscara.cli import main
 from bioscara.cli.commands import COMMANDS
 from bioscara.cli.output.angles import DEGREES, RADIANS
 from bioscara.cli.parser import parse
 from bioscara.kinematics import Joints, Pose
+from cli.said import Said
 from processes import environment
 
 
@@ -96,6 +95,11 @@ from processes import environment
         ("web --tls-key a", "--tls-key needs --tls-cert"),
         ("web --tls-cert a --tls-key b --tls-self-signed", "exclude one another"),
         ("web --port 70000", "is not a port"),
+        ("view --port -1", "is not a port"),
+        ("view good --name plate", "exclude one another"),
+        ("view --linear", "--linear applies to a planned motion; add --pose"),
+        ("view good --from 0 0.2 0 0", "--from applies to a planned motion"),
+        ("view a.csv --velocity-scaling 0.5", "--velocity-scaling applies to a planned motion"),
         ("web --ros-args", "web has no option --ros-args"),
         ("ros --arm left --bus sim", "--arm and --bus exclude one another"),
         ("flash --joint 1 --bus sim", "--bus sim has no board to flash"),
@@ -108,15 +112,9 @@ from processes import environment
     ],
 )
 def test_wrong_usage_is_one_sentence_that_names_the_word_and_the_remedy(
-    words: str, complaint: str, capsys: pytest.CaptureFixture[str]
+    words: str, complaint: str, said: Said
 ) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(shlex.split(words))
-    assert caught.value.code == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert complaint in err
-    assert len(err.splitlines()) == 1
+    assert complaint in said.refusal(words)
 
 
 @pytest.mark.parametrize(
@@ -128,12 +126,10 @@ def test_wrong_usage_is_one_sentence_that_names_the_word_and_the_remedy(
     ],
 )
 def test_a_stray_word_may_be_an_arm_for_every_command_that_takes_one(
-    command: str, capsys: pytest.CaptureFixture[str]
+    command: str, said: Said
 ) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main([*command.split(), "left"])
-    assert caught.value.code == 2
-    assert "with 'left'; an arm is named by --arm left; see bioscara" in capsys.readouterr().err
+    err = said.refusal(f"{command} left")
+    assert "with 'left'; an arm is named by --arm left; see bioscara" in err
 
 
 def test_the_shell_gets_the_remedy_for_an_arm_as_a_word() -> None:
@@ -144,17 +140,15 @@ def test_the_shell_gets_the_remedy_for_an_arm_as_a_word() -> None:
 
 
 def test_the_variable_names_an_arm_only_where_no_bus_is_given(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.setenv("BIOSCARA_ARM", "left")
     assert parse(["home"]).arm == "left"
     for bus in ("sim", "linux:1"):
         options = parse(["home", "--bus", bus])
         assert (options.arm, options.bus) == (None, bus)
-    with pytest.raises(SystemExit):
-        parse(["home", "--rate", "50"])
     refused = "--rate is chosen by the owner of left (from BIOSCARA_ARM); leave it out"
-    assert refused in capsys.readouterr().err
+    assert refused in said.refusal("home --rate 50")
 
 
 def test_gateways_are_given_by_names_or_one_by_one_with_options() -> None:
@@ -193,11 +187,8 @@ def test_the_simulated_arm_is_the_default() -> None:
     assert (options.fit, options.realtime, options.v1) == (False, False, False)
 
 
-def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["--version"])
-    assert caught.value.code == 0
-    assert __version__ in capsys.readouterr().out
+def test_the_version_is_printed(said: Said) -> None:
+    assert __version__ in said.output("--version")
 
 
 def test_no_help_imports_anything_heavy() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.cli import main
+from cli.said import Said
 from full_disk import full_after
 
 TRAJECTORY = Path(__file__).parents[1] / "data" / "planned_pilz_ptp.yaml"
@@ -37,33 +37,27 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ],
 )
 def test_nothing_is_left_of_a_command_that_could_not_write(
-    words: list[str], room: int, folder: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], room: int, folder: Path, said: Said
 ) -> None:
     if "--plot" in words:
         pytest.importorskip("matplotlib")
     with full_after(room):
-        assert main(words, paced=False) == 2
-    error = capsys.readouterr().err
-    assert "File too large" in error
-    assert len(error.splitlines()) == 1
+        assert "File too large" in said.failure(*words)
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.usefixtures("capsys")  # the file that replaces standard output otherwise is full, too
-def test_a_folder_that_was_there_stays(folder: Path) -> None:
+def test_a_folder_that_was_there_stays(folder: Path, said: Said) -> None:
     (folder / "mine").mkdir()
     with full_after(100):
-        assert main(["run", str(TRAJECTORY), "--out", "mine"], paced=False) == 2
+        said.failure("run", str(TRAJECTORY), "--out", "mine")
     assert [each.name for each in folder.iterdir()] == ["mine"]
     assert os.listdir("mine") == []
 
 
-def test_a_report_that_does_not_fit_leaves_no_part_of_it(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_report_that_does_not_fit_leaves_no_part_of_it(folder: Path, said: Said) -> None:
     with full_after(60_000):  # room for the trajectory, and for the beginning of the samples
-        assert main(["run", str(TRAJECTORY), "--out", "run"], paced=False) == 1
-    error = capsys.readouterr().err
+        status, _, error = said("run", str(TRAJECTORY), "--out", "run")
+    assert status == 1
     assert "run/plot.html was not written: File too large" in error
     assert "samples end" in error
     whole = {each.name for each in (folder / "run").iterdir()}

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import re
-import signal
-import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -14,14 +11,12 @@ import pytest
 import bioscara.sim
 from bioscara import Robot
 from bioscara.bus import Bus, Transaction
-from bioscara.cli import main
 from bioscara.errors import CommunicationError
 from bioscara.model import load_parameters
 from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
+from cli.said import Said
 from flight_records import read_record
-from processes import environment, wait_for_line, wait_until
-from system.observed_arm import at_rest, truth
 
 NAMES = tuple(joint.name for joint in load_parameters().joints)
 
@@ -44,11 +39,11 @@ def hot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimulatedArm:
     "words", [("demo", "--out", "my run"), ("move", "--joints", "0", "0.2", "0", "0")]
 )
 def test_host3_earlier_faults_must_be_acknowledged(
-    words: tuple[str, ...], hot: SimulatedArm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: tuple[str, ...], hot: SimulatedArm, tmp_path: Path, said: Said
 ) -> None:
     before = [hot.position(name) for name in NAMES]
-    assert main(words, paced=False) == 2
-    out, err = capsys.readouterr()
+    status, out, err = said(*words)
+    assert status == 2
     assert "homing" not in out
     assert len(err.splitlines()) == 1
     assert "OVERTEMPERATURE (j3): let the joint's motor driver cool down" in err
@@ -57,9 +52,7 @@ def test_host3_earlier_faults_must_be_acknowledged(
     assert [hot.position(name) for name in NAMES] == pytest.approx(before, abs=1e-6)
     assert list(tmp_path.iterdir()) == []
 
-    assert main((*words, "--acknowledge"), paced=False) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+    out = said.output(*words, "--acknowledge")
     assert out.index("acknowledged: OVERTEMPERATURE: j3") < out.index("homing")
     told = re.search(r"^evidence: (.*)$", out, re.M)
     assert told
@@ -67,25 +60,23 @@ def test_host3_earlier_faults_must_be_acknowledged(
 
 
 def test_evidence_that_cannot_be_written_keeps_the_arm_stopped(
-    hot: SimulatedArm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    hot: SimulatedArm, tmp_path: Path, said: Said
 ) -> None:
     (tmp_path / "faults").write_text("in the way")
     words = ("move", "--joints", "0", "0.2", "0", "0")
-    assert main((*words, "--acknowledge"), paced=False) == 2
-    assert "faults" in capsys.readouterr().err
-    assert main(words, paced=False) == 2
-    assert "OVERTEMPERATURE" in capsys.readouterr().err
+    assert "faults" in said.failure(*words, "--acknowledge")
+    assert "OVERTEMPERATURE" in said.failure(*words)
 
 
 def test_a_fault_of_this_run_names_the_next_step(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, said: Said
 ) -> None:
     arm = SimulatedArm(seed=2)
     monkeypatch.setattr(bioscara.sim, "SimulatedArm", lambda **_: arm)
     arm.remove_stops("j2")
     words = ("demo", "--out", str(tmp_path / "run"))
-    assert main(words, paced=False) == 1
-    out, err = capsys.readouterr()
+    status, out, err = said(*words)
+    assert status == 1
     assert err.startswith("bioscara: HOMING_FAILED: j2")
     assert err.endswith("then continue with --acknowledge\n")
     assert "HOMING_FAILED: j2" in out
@@ -113,51 +104,11 @@ class Slow(Bus):
     "words", [("demo", "--out", "run"), ("move", "--joints", "0", "0.2", "0", "0")]
 )
 def test_half_speed_is_reported_with_its_reason(
-    words: tuple[str, ...],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, said: Said
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(bioscara.sim, "BenchBus", lambda arm, _: Slow(arm))
-    assert main(words, paced=False) == 0
-    out, _ = capsys.readouterr()
+    out = said.output(*words)
     assert out.count("warning: LATE: the loop does not keep 100 Hz") >= 1
     if words[0] == "demo":
         assert "LATE" in (tmp_path / "run" / "report.txt").read_text()
-
-
-def test_host3_a_run_after_a_killed_one_reports_the_fault_and_moves_nothing(
-    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
-) -> None:
-    arm = tmp_path / "arm.sock"
-    # A killed process leaves the folder of the simulated servo behind.
-    env = environment(TMPDIR=str(tmp_path))
-    simulated = start("-m", "tests.system.observed_arm", str(arm), "homed", env=env)
-    wait_for_line(simulated, "listening")
-
-    def demo(name: str, *words: str) -> subprocess.Popen[str]:
-        command = ("demo", "--out", str(tmp_path / name), "--bus", f"sim:{arm}", *words)
-        return start("-m", "bioscara", *command, env=env, stderr=subprocess.PIPE)
-
-    first = demo("first")
-    wait_for_line(first, "  approach")
-    wait_until(lambda: first.poll() is not None or abs(truth(arm)[1][0]) > 0.05, "j1 moves")
-    first.kill()
-    out, err = first.communicate()
-    assert first.returncode == -signal.SIGKILL, out + err
-    wait_until(lambda: at_rest(arm), "the joints stop by themselves")
-    second = demo("second")
-    out, err = second.communicate(timeout=60)
-    assert second.returncode == 2, err
-    assert "SETPOINT_LOST (j1" in err
-    assert f"--bus sim:{arm} --acknowledge" in err
-    assert "homing" not in out
-    assert not (tmp_path / "second").exists()
-    third = demo("third", "--acknowledge")
-    wait_for_line(third, "  approach")
-    third.send_signal(signal.SIGINT)
-    out, err = third.communicate(timeout=60)
-    assert third.returncode == 130, err
-    with (tmp_path / "third" / "samples.csv").open(newline="") as file:
-        assert all(row["phase"] != "homing" for row in csv.DictReader(file))

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from bioscara.arguments import OVERLAY_VARIABLE
-from bioscara.cli import main
 from bioscara.cli.job import prepare
 from bioscara.errors import ZoneError
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
+from cli.said import Said
 
 LINE = "parameters: mine.yaml changes geometry.tool_x (0.11908 to 0.13)\n"
 MOTION = "time,j1,j2,j3,j4\n0.0,0.0,0.2,0.0,0.0\n2.0,0.0,0.21,0.0,0.0\n"
@@ -43,39 +43,30 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("by", ["option", "environment"])
 @pytest.mark.parametrize("command", sorted(COMMANDS.keys() - {"flash"}))
 def test_every_command_refuses_a_wrong_overlay_by_file_and_line(
-    command: str, by: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    command: str, by: str, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     words = [*command.split(), *COMMANDS[command]]
     if by == "option":
         words += ["--parameters", "wrong.yaml"]
     else:
         monkeypatch.setenv(OVERLAY_VARIABLE, "wrong.yaml")
-    assert main(words) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith(
+    status, out, err = said(*words)
+    assert (status, out) == (2, "")
+    assert err.startswith(
         "bioscara: wrong.yaml, line 2: geometry.tol_x is not a known parameter; did you mean tool_x"
     )
-    assert ("wrong.yaml is named by $BIOSCARA_PARAMETERS" in captured.err) == (by != "option")
+    assert ("wrong.yaml is named by $BIOSCARA_PARAMETERS" in err) == (by != "option")
 
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))
-def test_every_command_that_loads_parameters_has_the_option(
-    command: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit):
-        main([*command.split(), "--help"])
-    assert "--parameters FILE" in capsys.readouterr().out
+def test_every_command_that_loads_parameters_has_the_option(command: str, said: Said) -> None:
+    assert "--parameters FILE" in said.output(f"{command} --help")
 
 
-def test_a_plan_is_made_for_the_changed_arm_and_says_so(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_plan_is_made_for_the_changed_arm_and_says_so(said: Said) -> None:
     words = ["plan", "--joints", "0", "0.2", "0", "0"]
-    assert main([*words, "--parameters", "mine.yaml"]) == 0
-    changed = capsys.readouterr().out
-    assert main(words) == 0
-    committed = capsys.readouterr().out
+    changed = said.output(*words, "--parameters", "mine.yaml")
+    committed = said.output(*words)
     assert changed.startswith(LINE)
     assert "parameters:" not in committed
     assert "to   (0.7336, 0.0000, 0.1909)" in committed
@@ -83,22 +74,17 @@ def test_a_plan_is_made_for_the_changed_arm_and_says_so(
 
 
 def test_the_option_is_preferred_to_the_environment(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.setenv(OVERLAY_VARIABLE, "wrong.yaml")
-    assert main(["poses", "list", "--parameters", "mine.yaml"]) == 0
-    assert capsys.readouterr().out.startswith(LINE)
+    assert said.output("poses list --parameters mine.yaml").startswith(LINE)
     monkeypatch.setenv(OVERLAY_VARIABLE, "")
-    assert main(["poses", "list"]) == 0
-    assert "parameters:" not in capsys.readouterr().out
+    assert "parameters:" not in said.output("poses list")
 
 
-def test_a_run_says_and_reports_what_its_overlay_changes(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_says_and_reports_what_its_overlay_changes(tmp_path: Path, said: Said) -> None:
     words = ["run", "motion.csv", "--out", "out", "--parameters", "mine.yaml"]
-    assert main(words, paced=False) == 0
-    assert capsys.readouterr().out.startswith(LINE)
+    assert said.output(*words).startswith(LINE)
     reports = [path.read_text() for path in (tmp_path / "out").glob("report.*")]
     assert reports
     assert all("geometry.tool_x (0.11908 to 0.13)" in report for report in reports)

@@ -24,6 +24,7 @@ from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.remote import RemoteRobot
 from bioscara.robot.workspace.poses import NamedPose
+from cli.said import Said
 from processes import environment, wait_for_line, wait_until
 from served import RawClient, runtime_folder
 
@@ -113,8 +114,7 @@ def test_the_priority_is_that_of_the_control_loop(
         process.communicate(timeout=60.0)
 
 
-def test_another_arm_than_the_simulated_one_is_refused(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert main(["demo", "--watch", "--bus", "linux:1"]) == ExitStatus.REFUSED
-    assert "bioscara serve --bus linux:1 --with web" in capsys.readouterr().err
+def test_another_arm_than_the_simulated_one_is_refused(said: Said) -> None:
+    assert "bioscara serve --bus linux:1 --with web" in said.refusal(
+        "demo --watch --bus linux:1", status=ExitStatus.REFUSED
+    )

@@ -160,15 +160,6 @@ def test_a_bus_may_be_closed_before_it_was_used(bus: Bus) -> None:
         bus.transfer([ping(0x11)])
 
 
-def test_smbus2_gets_the_same_bytes_from_the_joints(
-    open_linux: Callable[..., PreloadedBus],
-) -> None:
-    bus = open_linux("pi4", open_arm())
-    asked = [hello(address, 9) for address in ADDRESSES] + [read_offset(0x11), ping(0x14)]
-    ours = [answered(result) for result in bus.transfer(asked)]
-    assert [bus.smbus2([transaction]) for transaction in asked] == [[result] for result in ours]
-
-
 def test_a_line_held_low_in_front_of_the_joints_ends_as_a_stuck_bus(
     open_linux: Callable[..., PreloadedBus],
 ) -> None:

@@ -31,9 +31,8 @@ def left() -> Iterator[Site]:
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
     """Return a browser's profile of its own."""
-    made = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield made
-    made.close()
+    with browser.new_context(viewport={"width": 1440, "height": 900}) as made:
+        yield made
 
 
 @pytest.fixture

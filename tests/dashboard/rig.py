@@ -14,7 +14,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 
 from bioscara import Robot
-from bioscara.errors import LeaseError
+from bioscara.errors import BioscaraError, LeaseError
 from bioscara.remote import RemoteRobot
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.tokens import load_tokens
@@ -99,6 +99,63 @@ def open_page(
         wait_for_state(page, *LIVE)
     page.errors = errors  # type: ignore[attr-defined]
     return page
+
+
+@contextmanager
+def page_of(
+    browser: Browser,
+    made: Site,
+    scope: Scope = Scope.OPERATE,
+    *,
+    size: tuple[int, int] = (1440, 900),
+    clean: bool = True,
+    **profile: Any,
+) -> Iterator[Page]:
+    """Open the page in a profile of its own.
+
+    Args:
+        browser: The browser.
+        made: The arm.
+        scope: For what the page is signed in.
+        size: Of the window [px].
+        clean: Whether no error may have appeared in its console at the end.
+        **profile: Further options of the profile.
+    """
+    with browser.new_context(viewport={"width": size[0], "height": size[1]}, **profile) as context:
+        page = open_page(context, made, scope)
+        yield page
+        assert not clean or page.errors == []  # type: ignore[attr-defined]
+
+
+def upload(page: Page, kinds: str, name: str, content: str | bytes) -> None:
+    """Give a file to the field that takes files of these kinds."""
+    data = content.encode() if isinstance(content, str) else content
+    page.locator(f"input[type=file][accept='{kinds}']").set_input_files(
+        {"name": name, "mimeType": "text/plain", "buffer": data}
+    )
+
+
+DIALOG = """async () => {
+    const { openDialog } = await import("/js/dialog.js");
+    openDialog(bioscara, "A question", () => [document.createElement("input")]);
+}"""
+"""Opens a dialog."""
+
+
+def recover(robot: RemoteRobot) -> None:
+    """Recover the arm, whose fault may need a moment until its evidence is kept."""
+
+    def recovered() -> bool:
+        with suppress(BioscaraError):
+            robot.acquire_lease(force=True)
+            robot.acknowledge()
+            robot.recover()
+            robot.enable()
+            return True
+        return False
+
+    wait_until(recovered, "the arm has recovered")
+    robot.release_lease()
 
 
 def wait_for_state(page: Page, *states: str) -> None:

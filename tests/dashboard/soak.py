@@ -20,8 +20,7 @@ from typing import NamedTuple
 
 from playwright.sync_api import Error, Page, sync_playwright
 
-from dashboard.rig import Site, at_rest, command, launched, open_page, site
-from dashboard.test_files import csv, upload
+from dashboard.rig import Site, at_rest, command, launched, open_page, site, upload
 from processes import wait_until
 from served import HALF
 
@@ -109,7 +108,9 @@ class Hour:
     def _preview(self) -> None:
         self._tab("Files")
         here = self._left.robot.state.positions[0]
-        upload(self._page, csv(4.0, 400, here))
+        rows = [f"{0.01 * i},{here + (0.35 - here) * i / 399},0.2,0.8,-0.5" for i in range(400)]
+        text = "\n".join(["time,j1,j2,j3,j4", *rows, ""])
+        upload(self._page, ".yaml,.yml,.csv", "swing.csv", text)
         self._page.get_by_text("swing.csv: 400 points").wait_for()
         self._page.locator("#panel-files").get_by_role("button", name="Preview").click()
         self._page.wait_for_timeout(300)

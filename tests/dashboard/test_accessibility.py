@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from typing import Any
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
-from bioscara.errors import BioscaraError
 from bioscara.robot.tasks.scope import Scope
+from dashboard.accessible import SMALL, STOP_SEEN, WIDE, violations
 from dashboard.rig import (
+    DIALOG,
     Site,
     at_rest,
     command,
-    open_page,
-    positions,
+    moves,
+    page_of,
+    recover,
     stays,
     wait_for_state,
 )
@@ -25,12 +25,6 @@ from processes import wait_until
 
 pytestmark = pytest.mark.browser
 
-TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
-OPTIONS = {
-    "runOnly": {"type": "tag", "values": TAGS},
-    "rules": {name: {"enabled": True} for name in ("label-content-name-mismatch", "target-size")},
-    "resultTypes": ["violations"],
-}
 SIZES = [(1440, 900), (1024, 768), (390, 844)]
 SCHEMES = ["light", "dark"]
 AGED = """(age) => Object.defineProperty(bioscara.arm, "arrival", {
@@ -43,9 +37,8 @@ YOUNG = "() => { delete bioscara.arm.arrival; bioscara.arm.arrival = performance
 @pytest.fixture(scope="module")
 def page(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page signed in as administrator, which the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield open_page(context, left, Scope.ADMIN)
-    context.close()
+    with page_of(browser, left, Scope.ADMIN, clean=False) as opened:
+        yield opened
 
 
 @pytest.fixture(autouse=True)
@@ -70,12 +63,6 @@ def opened(page: Page) -> Iterator[str]:
         page.evaluate("(id) => document.getElementById(id).click()", tab)
         page.evaluate("() => new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
         yield tab
-
-
-def violations(page: Page) -> list[str]:
-    """Return the errors that axe finds in the visible part."""
-    found = Axe().run(page, options=OPTIONS).response["violations"]
-    return [f"{each['id']}: {node['html'][:200]}" for each in found for node in each["nodes"]]
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -108,7 +95,7 @@ def test_axe_finds_nothing_in_a_fault_and_with_old_values(
         found = {"fault": violations(page)}
     finally:
         robot.simulate_fault("overheat", "j2", 0.0)
-        recover(left, page)
+        recover(left.robot)
     page.evaluate("document.getElementById('tab-run').click()")
     for state, age in (("stale", 500), ("gone", 5000)):
         page.evaluate(AGED, age)
@@ -119,18 +106,6 @@ def test_axe_finds_nothing_in_a_fault_and_with_old_values(
     assert not any(found.values()), found
 
 
-def recover(left: Site, page: Page) -> None:
-    """Recover the arm; its fault may need a moment until its evidence is kept."""
-    for _ in range(20):
-        with suppress(BioscaraError):
-            left.robot.acknowledge()
-            left.robot.recover()
-            left.robot.enable()
-            break
-        page.wait_for_timeout(100)
-    left.robot.release_lease()
-
-
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_axe_finds_nothing_in_the_start_page(browser: Browser, left: Site, scheme: Any) -> None:
     context = browser.new_context(color_scheme=scheme)
@@ -139,33 +114,6 @@ def test_axe_finds_nothing_in_the_start_page(browser: Browser, left: Site, schem
     page.wait_for_selector("#arms li")
     assert violations(page) == []
     context.close()
-
-
-SMALL = """() => {
-    const kinds = "button, select, input, textarea, summary, a, [role=tab], [role=option], "
-        + "[tabindex='0']:not([role=region])";
-    const seen = (each) => each.checkVisibility({ visibilityProperty: true })
-        && !each.closest(".skip, p, .hidden-text");
-    return Array.from(document.querySelectorAll(kinds)).filter(seen).map((each) => {
-        const own = each.getBoundingClientRect();
-        const label = each.matches("input") && each.closest("label")?.getBoundingClientRect();
-        const least = each.matches("#stop-button, .jog-button, .stop-arm") ? 44 : 24;
-        const { width, height } = label && label.height > own.height ? label : own;
-        return [each.outerHTML.slice(0, 120), Math.round(width), Math.round(height), least];
-    }).filter(([, width, height, least]) => width < least || height < least);
-}"""
-STOP_SEEN = """() => {
-    const button = document.getElementById("stop-button");
-    const { left, right, top, bottom } = button.getBoundingClientRect();
-    const corners = [[left + 10, top + 10], [right - 10, top + 10],
-        [left + 10, bottom - 10], [right - 10, bottom - 10]];
-    return corners.every(([x, y]) => document.elementFromPoint(x, y)?.closest("#stop-button"));
-}"""
-WIDE = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
-DIALOG = """async () => {
-    const { openDialog } = await import("/js/dialog.js");
-    openDialog(bioscara, "A question", () => [document.createElement("input")]);
-}"""
 
 
 @pytest.mark.parametrize("size", [*SIZES, (720, 450), (320, 640)], ids=lambda size: str(size[0]))
@@ -260,20 +208,15 @@ def focus_by_tab(page: Page, wanted: str) -> None:
 
 
 def test_the_keyboard_alone_takes_control_and_jogs(browser: Browser, left: Site) -> None:
-    context = browser.new_context()
-    page = open_page(context, left)
-    page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement.className") == "skip"
-    focus_by_tab(page, "#stop-button")
-    focus_by_tab(page, "#lease-take")
-    page.keyboard.press("Enter")
-    wait_for_state(page, "commanding")
-    focus_by_tab(page, ".jog-pad")
-    before = positions(left.robot)[0]
-    page.keyboard.down("ArrowLeft")
-    wait_until(lambda: abs(positions(left.robot)[0] - before) > 2e-3, "j1 moves")
-    page.keyboard.up("ArrowLeft")
-    wait_until(lambda: at_rest(left.robot), "the arm rests")
-    stays(left.robot)
-    assert page.errors == []  # type: ignore[attr-defined]
-    context.close()
+    with page_of(browser, left) as page:
+        page.keyboard.press("Tab")
+        assert page.evaluate("document.activeElement.className") == "skip"
+        focus_by_tab(page, "#stop-button")
+        focus_by_tab(page, "#lease-take")
+        page.keyboard.press("Enter")
+        wait_for_state(page, "commanding")
+        focus_by_tab(page, ".jog-pad")
+        moves(left.robot, lambda: page.keyboard.down("ArrowLeft"), least=2e-3)
+        page.keyboard.up("ArrowLeft")
+        wait_until(lambda: at_rest(left.robot), "the arm rests")
+        stays(left.robot)

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import socket
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
 from urllib.error import URLError
 from urllib.request import urlopen
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
 
-from bioscara import Robot
-from bioscara.api import messages as m
 from bioscara.remote import RemoteRobot
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import (
-    ARGUMENTS,
-    CHROMIUM,
     LIVE,
     Site,
     at_rest,
     command,
     open_page,
+    page_of,
+    recover,
     site,
     stays,
     wait_for_state,
@@ -72,14 +67,6 @@ def kept(page: Page, *allowed: str) -> None:
     known = ("WebSocket", "Failed to load resource", *allowed)
     errors = page.errors  # type: ignore[attr-defined]
     assert [each for each in errors if not any(word in each for word in known)] == []
-
-
-@contextmanager
-def page_of(browser: Browser, made: Site, scope: Scope = Scope.OPERATE) -> Iterator[Page]:
-    """Open a page in a profile of its own."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield open_page(context, made, scope)
-    context.close()
 
 
 class Apart:
@@ -131,7 +118,7 @@ def apart(left: Site) -> Iterator[Apart]:
 def test_a_network_that_goes_silent_ends_a_hold_and_control_is_taken_again(
     browser: Browser, apart: Apart, left: Site
 ) -> None:
-    with page_of(browser, apart.site()) as page:
+    with page_of(browser, apart.site(), clean=False) as page:
         hold(page, left.robot)
         rests(left.robot, lambda: apart.gateway.send_signal(signal.SIGSTOP))
         wait_for_state(page, "gone")
@@ -148,9 +135,9 @@ def test_a_network_that_goes_silent_ends_a_hold_and_control_is_taken_again(
 def test_a_gateway_that_is_killed_ends_a_hold_and_its_successor_asks_to_sign_in(
     browser: Browser, apart: Apart, left: Site
 ) -> None:
-    with page_of(browser, apart.site()) as page:
+    with page_of(browser, apart.site(), clean=False) as page:
         hold(page, left.robot)
-        rests(left.robot, apart.gateway.kill)
+        rests(left.robot, lambda: apart.gateway.send_signal(signal.SIGKILL))
         wait_for_state(page, "gone")
         apart.gateway.wait(5.0)
         apart.start()
@@ -164,7 +151,7 @@ def test_another_owner_under_the_page_is_commanded_only_after_asking_again(
 ) -> None:
     with site() as made:
         gateway = Apart(made)
-        with page_of(browser, gateway.site()) as page:
+        with page_of(browser, gateway.site(), clean=False) as page:
             command(page)
             page.evaluate("""() => {
                 const { names, positions } = bioscara.arm.sample;
@@ -183,7 +170,7 @@ def test_another_owner_under_the_page_is_commanded_only_after_asking_again(
                 wait_for_state(page, "no-lease")
                 assert page.evaluate("bioscara.arm.epoch") is None
                 assert page.locator(".view-plan.dead").count() == 1
-                with Robot.connect(f"arm:{NAME}") as robot:
+                with RemoteRobot(NAME) as robot:
                     page.locator(button(robot)).hover()
                     page.mouse.down()
                     page.wait_for_function(
@@ -208,16 +195,20 @@ def test_a_renderer_that_stands_still_ends_a_hold_and_comes_back_with_fresh_valu
     browser: Browser, left: Site
 ) -> None:
     before = renderers(browser)
-    with page_of(browser, left) as page:
+    with page_of(browser, left, clean=False) as page:
         hold(page, left.robot)
         own = renderers(browser) - before
         assert own
+
+        def send(number: signal.Signals) -> None:
+            for each in own:
+                os.kill(each, number)
+
         try:
-            rests(left.robot, lambda: [os.kill(each, signal.SIGSTOP) for each in own])
+            rests(left.robot, lambda: send(signal.SIGSTOP))
             stays(left.robot, 2.0)
         finally:
-            for each in own:
-                os.kill(each, signal.SIGCONT)
+            send(signal.SIGCONT)
         wait_for_state(page, *LIVE)
         page.wait_for_function("bioscara.arm.age < 200")
         # The lease of 2 s may have lapsed; the jog has ended either way.
@@ -240,12 +231,7 @@ def test_a_fault_ends_a_hold_and_no_press_moves_the_arm_until_it_is_recovered(
     stays(left.robot)
     page.mouse.up()
     page.evaluate(heat, 0)
-    left.robot.acquire_lease(force=True)
-    wait_until(lambda: left.robot.fault_list().state != "stopping", "the arm rests")
-    left.robot.acknowledge()
-    left.robot.recover()
-    left.robot.enable()
-    left.robot.release_lease()
+    recover(left.robot)
     wait_for_state(page, "no-lease")
 
 
@@ -294,7 +280,7 @@ def test_a_second_tab_cannot_jog_and_its_end_and_a_takeover_are_told_apart(
     page.bring_to_front()
     assert page.evaluate("bioscara.arm.commands")
     hold(page, left.robot)
-    with page_of(browser, left, Scope.ADMIN) as admin:
+    with page_of(browser, left, Scope.ADMIN, clean=False) as admin:
         rests(left.robot, lambda: admin.evaluate("bioscara.arm.acquire(true)"))
         wait_for_state(page, "lease-elsewhere")
         page.wait_for_selector("#lease-lost:not([hidden])")
@@ -306,7 +292,7 @@ def test_a_second_tab_cannot_jog_and_its_end_and_a_takeover_are_told_apart(
 @contextmanager
 def raw(page: Page, left: Site) -> Iterator[WebClientOfTest]:
     """Open a WebSocket as the page does, with its cookie."""
-    cookie = "; ".join(f"{each['name']}={each['value']}" for each in page.context.cookies())  # type: ignore[typeddict-item]
+    cookie = "; ".join(f"{each['name']}={each['value']}" for each in page.context.cookies())
     origin = left.url.rstrip("/")
     headers = {"Origin": origin, "Cookie": cookie}
     with connect(origin.replace("http", "ws") + "/ws", additional_headers=headers) as opened:
@@ -344,91 +330,3 @@ def test_a_burst_of_samples_is_drawn_once(page: Page) -> None:
         return told;
     }""")
     assert told <= 2
-
-
-class DevTools:
-    """A page of a Chromium that is not made visible by its driver.
-
-    Args:
-        address: Its socket.
-    """
-
-    def __init__(self, address: str) -> None:
-        self._socket: ClientConnection = connect(address, max_size=None)
-        self._number = 0
-
-    def call(self, method: str, **parameters: object) -> Any:
-        """Call a method; returns its result."""
-        self._number += 1
-        self._socket.send(json.dumps({"id": self._number, "method": method, "params": parameters}))
-        while (answer := json.loads(self._socket.recv(10.0))).get("id") != self._number:
-            pass
-        # None of a page that is still loading.
-        return answer.get("result", {})
-
-    def evaluate(self, expression: str) -> Any:
-        """Return the value of an expression of the page."""
-        found = self.call(
-            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
-        )
-        return found.get("result", {}).get("value")
-
-    def close(self) -> None:
-        """End the connection."""
-        self._socket.close()
-
-
-@contextmanager
-def two_tabs(url: str) -> Iterator[tuple[DevTools, Callable[[], object]]]:
-    """Open a page in a browser with another tab; yields it, and what shows the other tab."""
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, ExitStack() as stack:
-        words = ["--headless=new", "--no-sandbox", "--remote-debugging-port=0", *ARGUMENTS]
-        launch = "import os, sys; os.execv(sys.argv[1], sys.argv[1:])"
-        stack.enter_context(
-            running("-c", launch, CHROMIUM, *words, f"--user-data-dir={folder}", "about:blank")
-        )
-        port = Path(folder) / "DevToolsActivePort"
-        wait_until(lambda: port.exists() and "\n" in port.read_text(), "the browser listens")
-        number, path = port.read_text().split()
-        main = DevTools(f"ws://127.0.0.1:{number}{path}")
-        stack.callback(main.close)
-        targets = main.call("Target.getTargets")["targetInfos"]
-        other = next(each["targetId"] for each in targets if each["type"] == "page")
-        own = main.call("Target.createTarget", url=url)["targetId"]
-        page = DevTools(f"ws://127.0.0.1:{number}/devtools/page/{own}")
-        stack.callback(page.close)
-        yield page, lambda: main.call("Target.activateTarget", targetId=other)
-
-
-@pytest.mark.parametrize("frozen", [False, True], ids=["hidden", "frozen"])
-def test_a_tab_that_is_hidden_or_frozen_ends_a_hold(
-    left: Site, browser: Browser, *, frozen: bool
-) -> None:
-    with two_tabs(left.url_for(Scope.OPERATE)) as (page, show_other):
-        wait_until(
-            lambda: page.evaluate("document.documentElement.dataset.state") == "no-lease", "live"
-        )
-        page.evaluate("bioscara.arm.acquire()")
-        box = page.evaluate(f"""(() => {{
-            const each = document.querySelector('{button(left.robot)}');
-            each.scrollIntoView();
-            const {{ x, y }} = each.getBoundingClientRect();
-            return [x + 20, y + 20];
-        }})()""")
-        event = {"x": box[0], "y": box[1], "button": "left", "buttons": 1, "clickCount": 1}
-        page.call("Input.dispatchMouseEvent", type="mousePressed", **event)
-        wait_until(lambda: abs(left.robot.state.velocities[0]) > 0.01, "j1 moves", 3.0)
-
-        def leave() -> None:
-            show_other()
-            if frozen:
-                page.call("Page.setWebLifecycleState", state="frozen")
-
-        rests(left.robot, leave)
-        if frozen:
-            page.call("Page.setWebLifecycleState", state="active")
-        else:
-            assert page.evaluate("document.visibilityState") == "hidden"
-        stays(left.robot)
-    lease = m.LeaseState
-    wait_until(lambda: left.robot._ask(m.GetLease(), lease).lease.client is None, "it lapses")

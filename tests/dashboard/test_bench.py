@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, command, open_page
+from dashboard.rig import Site, at_rest, command, page_of, recover
 from processes import wait_until
 
 pytestmark = pytest.mark.browser
@@ -22,12 +22,9 @@ REAL = """() => {
 @pytest.fixture(scope="module")
 def page(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page that operates the arm, which the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    opened = open_page(context, left)
-    opened.get_by_role("tab", name="Simulation").click()
-    yield opened
-    assert opened.errors == []  # type: ignore[attr-defined]
-    context.close()
+    with page_of(browser, left) as opened:
+        opened.get_by_role("tab", name="Simulation").click()
+        yield opened
 
 
 def card(page: Page, name: str) -> Locator:
@@ -39,15 +36,8 @@ def recovered(page: Page, site: Site) -> None:
     """Take all steps out of the faults, as a client does."""
     page.get_by_role("button", name="All off").click()
     expect(page.locator("#panel-bench")).to_contain_text("Nothing is simulated to fail")
-    robot = site.robot
-    robot.acquire_lease(force=True)
-    wait_until(
-        lambda: robot.fault_list().state != "stopping" and not robot.is_moving, "the arm rests"
-    )
-    robot.acknowledge()
-    robot.recover()
-    robot.enable()
-    robot.release_lease()
+    wait_until(lambda: at_rest(site.robot), "the arm rests")
+    recover(site.robot)
 
 
 def test_an_obstacle_stops_the_arm_and_the_page_tells_how(page: Page, left: Site) -> None:
@@ -116,8 +106,7 @@ def test_the_time_of_the_arm_passes_as_fast_as_is_chosen(page: Page, left: Site)
 
 
 def test_who_looks_only_can_let_nothing_fail(browser: Browser, left: Site) -> None:
-    with browser.new_context(viewport={"width": 390, "height": 844}) as context:
-        page = open_page(context, left, Scope.VIEW)
+    with page_of(browser, left, Scope.VIEW, size=(390, 844)) as page:
         page.get_by_role("tab", name="Simulation").click()
         expect(page.locator("#panel-bench")).to_contain_text("Signed in to look")
         expect(card(page, "Push").get_by_role("button", name="Begin")).to_be_disabled()

@@ -8,19 +8,13 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, command, open_page
+from dashboard.rig import Site, command, open_page, upload
 from processes import wait_until
 
 pytestmark = pytest.mark.browser
 
 RECORDING = "left-20260101T000000Z.mcap"
-FILES = "input[type=file][accept='.yaml,.yml,.csv']"
-
-
-def upload(page: Page, places: str, name: str, content: bytes) -> None:
-    page.locator(places).set_input_files(
-        {"name": name, "mimeType": "text/plain", "buffer": content}
-    )
+FILES = ".yaml,.yml,.csv"
 
 
 def run(page: Page, _: Site) -> None:
@@ -42,10 +36,9 @@ def run(page: Page, _: Site) -> None:
 
 def teach(page: Page, _: Site) -> None:
     """Files that are no sequences, a sequence out of reach, a name that is none."""
-    places = "input[type=file][accept='.yaml,.yml']"
     head, end = b"schema: 1\ntool: fingers\nsteps: ", b"\n...\n"
     for content in (b"\xff\xfe", head + b"3" + end, head + b"[{kind: wait, seconds: -1}]" + end):
-        upload(page, places, "wrong.yaml", content)
+        upload(page, ".yaml,.yml", "wrong.yaml", content)
     expect(page.locator("#messages")).to_contain_text("-1 s is outside")
     page.get_by_role("button", name="Add", exact=True).click()
     field = page.locator(".step-fields input").first

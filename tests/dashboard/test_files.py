@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page
 
-from dashboard.rig import Site, at_rest, command, open_page, positions, stays
+from dashboard.rig import Site, at_rest, command, page_of, positions, stays, upload
 from processes import wait_until
 from recording.served_arm import recording
 from served import HALF
@@ -22,12 +22,10 @@ GOAL = 0.35
 @pytest.fixture(scope="module")
 def files(browser: Browser, left: Site) -> Iterator[Page]:
     """Return the panel in a page that commands the arm."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    page = open_page(context, left)
-    page.get_by_role("tab", name="Files").click()
-    command(page)
-    yield page
-    context.close()
+    with page_of(browser, left, clean=False, accept_downloads=True) as page:
+        page.get_by_role("tab", name="Files").click()
+        command(page)
+        yield page
 
 
 @pytest.fixture
@@ -38,19 +36,8 @@ def panel(files: Page, left: Site) -> Iterator[Page]:
     assert files.errors == []  # type: ignore[attr-defined]
 
 
-def csv(duration: float, points: int = 2, start: float = HALF[0]) -> str:
-    """Return a motion of j1 from one position to another, along a line."""
-    rows = [
-        f"{duration * i / (points - 1)},{start + (GOAL - start) * i / (points - 1)},0.2,0.8,-0.5"
-        for i in range(points)
-    ]
-    return "\n".join(["time,j1,j2,j3,j4", *rows, ""])
-
-
-def upload(page: Page, text: str, name: str = "swing.csv") -> None:
-    page.locator("input[type=file][accept='.yaml,.yml,.csv']").set_input_files(
-        {"name": name, "mimeType": "text/csv", "buffer": text.encode()}
-    )
+def give(page: Page, text: str, name: str = "swing.csv") -> None:
+    upload(page, ".yaml,.yml,.csv", name, text)
 
 
 def smooth(points: int, duration: float) -> str:
@@ -65,7 +52,7 @@ def smooth(points: int, duration: float) -> str:
 
 
 def test_a_long_trajectory_is_read_previewed_and_followed(panel: Page, left: Site) -> None:
-    upload(panel, smooth(1200, 2.0), "a <b>.csv")
+    give(panel, smooth(1200, 2.0), "a <b>.csv")
     panel.get_by_text("a <b>.csv: 1200 points, 2.0 s. The arm takes").wait_for()
     assert panel.locator(".motion-plots .plot").count() == 2
     row = panel.get_by_role("row", name="j1").first
@@ -82,7 +69,7 @@ def test_a_long_trajectory_is_read_previewed_and_followed(panel: Page, left: Sit
 
 
 def test_one_above_the_limits_is_offered_stretched(panel: Page, left: Site) -> None:
-    upload(panel, smooth(20, 0.02))
+    give(panel, smooth(20, 0.02))
     panel.locator(".badge-line", has_text="exceeds the limit").wait_for()
     # It looks disabled and says why.
     panel.locator("#panel-files").get_by_role("button", name="Execute").click(force=True)
@@ -97,7 +84,7 @@ def test_one_above_the_limits_is_offered_stretched(panel: Page, left: Site) -> N
 
 
 def test_the_sentence_of_the_reader_is_shown(panel: Page) -> None:
-    upload(panel, csv(1.0).replace("0.8", "<i>"))
+    give(panel, "time,j1,j3\n0,0.3,<i>\n1,0.35,0.8\n")
     panel.locator(".badge-line", has_text="swing.csv: line 2: '<i>' is not a number").wait_for()
     assert panel.get_by_role("button", name="Stretch to fit the limits").is_hidden()
 
@@ -118,7 +105,7 @@ def test_a_file_that_is_too_large_is_not_sent(panel: Page) -> None:
 
 
 def test_following_is_paused_resumed_and_cancelled(panel: Page, left: Site) -> None:
-    upload(panel, smooth(20, 20.0))
+    give(panel, smooth(20, 20.0))
     panel.get_by_text("swing.csv: 20 points, 20.0 s.").wait_for()
     panel.locator("#panel-files").get_by_role("button", name="Execute").click()
     wait_until(lambda: not at_rest(left.robot), "the arm moves")

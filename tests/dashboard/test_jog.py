@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -11,25 +10,29 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from bioscara.api import messages as m
-from dashboard.rig import LIVE, Site, at_rest, command, open_page, positions, stays, wait_for_state
+from dashboard.jogging import EXPIRY, J1, ends, pressed, touch, towards
+from dashboard.rig import (
+    DIALOG,
+    LIVE,
+    Site,
+    at_rest,
+    command,
+    page_of,
+    positions,
+    stays,
+    wait_for_state,
+)
 from processes import wait_until
 from served import HALF
 
 pytestmark = pytest.mark.browser
 
-RESTING = 0.8
-"""Time in which the arm rests after the end of a press, and the owner has ended the jog [s]."""
-EXPIRY = 0.25
-"""Time without a beat after which the owner ends a jog [s]."""
-J1 = '.jog-button[data-axis="0"]'
-
 
 @pytest.fixture(scope="module")
 def shared(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page that the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield open_page(context, left)
-    context.close()
+    with page_of(browser, left, clean=False) as opened:
+        yield opened
 
 
 @pytest.fixture
@@ -49,31 +52,6 @@ def take(page: Page, left: Site) -> None:
         left.robot.release_lease()
         wait_for_state(page, "no-lease")
         command(page)
-
-
-def towards(left: Site) -> int:
-    """Return the direction of j1 that leads back to where the arm stood."""
-    return 1 if left.robot.state.positions[0] < HALF[0] else -1
-
-
-def moved(left: Site) -> bool:
-    """Return whether the first joint moves soon."""
-    end = time.monotonic() + 1.5
-    while time.monotonic() < end:
-        if abs(left.robot.state.velocities[0]) > 0.01:
-            return True
-    return False
-
-
-def pressed(left: Site, press: Callable[[], object], release: Callable[[], object]) -> None:
-    """Press until the first joint moves: a page that is late itself ends a jog, rightly."""
-    for _ in range(4):
-        press()
-        if moved(left):
-            return
-        release()
-        wait_until(lambda: at_rest(left.robot), "the arm rests")
-    raise AssertionError("a press does not move j1")
 
 
 def hold(page: Page, left: Site) -> None:
@@ -104,35 +82,6 @@ def hold_finger(page: Page, left: Site) -> Any:
     return devtools, point
 
 
-def touch(devtools: Any, kind: str, *points: dict[str, float]) -> None:
-    devtools.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": list(points)})
-
-
-def ends(
-    left: Site, act: Callable[[], object], *, expires: bool = False, after: float = 0.0
-) -> None:
-    """Require that an act ends the jog in time, and that the arm stays where it then is.
-
-    Args:
-        left: The arm.
-        act: What ends it.
-        expires: Whether the owner ends it as no beats come, and not the page; None for either.
-        after: How long the act takes that has ended it already [s].
-    """
-    begin = time.monotonic()
-    act()
-    wait_until(lambda: at_rest(left.robot), "the jog ends", 3.0)
-    took = time.monotonic() - begin
-    assert took < RESTING + after + (0.0 if expires is False else EXPIRY), (
-        f"it rested after {took:.3f} s"
-    )
-    goal = left.robot._ask(m.ListGoals(), m.GoalList).goals[-1]
-    assert goal.name == "jog()"
-    expired = goal.failure is not None and goal.failure.error == "JogExpiredError"
-    assert expires in (None, expired), goal
-    stays(left.robot)
-
-
 def words(page: Page) -> str:
     return page.locator(".jog-status").inner_text()
 
@@ -141,10 +90,6 @@ def dispatch(page: Page, target: str, event: str) -> None:
     page.evaluate(f"() => {target}.dispatchEvent(new Event('{event}'))")
 
 
-OPEN = """async () => {
-    const { openDialog } = await import("/js/dialog.js");
-    openDialog(bioscara, "A question", () => []);
-}"""
 BUSY = "() => { const end = performance.now() + 1500; while (performance.now() < end); }"
 
 REMOVE = """() => {
@@ -159,7 +104,7 @@ ENDINGS: dict[str, Callable[[Page, Site], object]] = {
     "chord": lambda page, _: page.mouse.down(button="right"),
     "removed button": lambda page, _: page.evaluate(REMOVE),
     "tab": lambda page, _: page.evaluate("document.getElementById('tab-health').click()"),
-    "dialog": lambda page, _: page.evaluate(OPEN),
+    "dialog": lambda page, _: page.evaluate(DIALOG),
     "blur": lambda page, _: dispatch(page, "window", "blur"),
     "hidden": lambda page, _: dispatch(page, "document", "visibilitychange"),
     "freeze": lambda page, _: dispatch(page, "document", "freeze"),
@@ -221,7 +166,7 @@ def test_jog_r4_each_end_of_a_touch_brings_the_arm_to_rest(
     page: Page, left: Site, kind: str
 ) -> None:
     devtools, point = hold_finger(page, left)
-    second = {"x": 300, "y": 300, "id": 2}
+    second = {"x": 300.0, "y": 300.0, "id": 2.0}
     acts: dict[str, Callable[[], None]] = {
         "second finger": lambda: touch(devtools, "touchStart", point, second),
         "drift": lambda: touch(devtools, "touchMove", {**point, "y": point["y"] + 150}),

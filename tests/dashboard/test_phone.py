@@ -6,21 +6,21 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import Browser, CDPSession, Page, Route, expect
 
+from dashboard.accessible import SMALL, STOP_SEEN, WIDE, violations
+from dashboard.jogging import ends, pressed, touch, towards
 from dashboard.rig import (
     LIVE,
     Site,
     at_rest,
     command,
     open_page,
+    page_of,
     positions,
     stays,
     wait_for_state,
 )
-from dashboard.test_accessibility import OPTIONS, SMALL, STOP_SEEN, WIDE
-from dashboard.test_jog import ends, pressed, touch
 from processes import wait_until
 
 pytestmark = pytest.mark.browser
@@ -32,21 +32,24 @@ AXES = {"joints": ["J1", "J2", "J3", "J4"], "tool": ["X", "Y", "Z", "Yaw"]}
 @pytest.fixture(scope="module", params=SIZES)
 def page(browser: Browser, left: Site, request: pytest.FixtureRequest) -> Iterator[Page]:
     """Return the page on a phone of each size, which commands the arm, with the jog open."""
-    width, height = SIZES[request.param]
-    context = browser.new_context(
-        viewport={"width": width, "height": height}, has_touch=True, is_mobile=True
-    )
-    opened = open_page(context, left)
-    command(opened)
-    opened.get_by_role("tab", name="Jog").tap()
-    yield opened
-    assert opened.errors == []  # type: ignore[attr-defined]
-    context.close()
+    size = SIZES[request.param]
+    with page_of(browser, left, size=size, has_touch=True, is_mobile=True) as opened:
+        command(opened)
+        opened.get_by_role("tab", name="Jog").tap()
+        yield opened
 
 
 def rows(page: Page) -> list[str]:
     """Return the names of the rows that are seen."""
     return page.locator(".jog-row:visible .jog-name").all_inner_texts()
+
+
+def finger(page: Page, left: Site) -> tuple[CDPSession, dict[str, float]]:
+    """Return what sends touches, and a point on the large button that leads j1 back."""
+    box = page.locator(f".jog-row.chosen [data-sign='{towards(left)}']").bounding_box()
+    assert box is not None
+    assert min(box["width"], box["height"]) >= 64
+    return page.context.new_cdp_session(page), {"x": box["x"] + 20, "y": box["y"] + 20, "id": 1}
 
 
 def option(page: Page, name: str) -> Any:
@@ -101,14 +104,9 @@ def test_a_finger_moves_the_axis_that_is_shown_until_another_one_is_chosen(
     page: Page, left: Site
 ) -> None:
     option(page, "J1").tap()
-    sign = 1 if left.robot.state.positions[0] < 0.3 else -1
-    plus = page.locator(f".jog-row.chosen [data-sign='{sign}']").bounding_box()
     other = option(page, "J3").bounding_box()
-    assert plus is not None
     assert other is not None
-    assert min(plus["width"], plus["height"]) >= 64
-    devtools = page.context.new_cdp_session(page)
-    first = {"x": plus["x"] + 20, "y": plus["y"] + 20, "id": 1}
+    devtools, first = finger(page, left)
     second = {"x": other["x"] + 10, "y": other["y"] + 10, "id": 2}
     pressed(
         left,
@@ -141,11 +139,10 @@ def test_the_tabs_needed_beside_the_arm_are_first_and_stop_is_64_pixels_high(pag
 
 def test_axe_finds_nothing_and_all_of_it_fits(page: Page) -> None:
     for scheme in ("light", "dark"):
-        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        page.emulate_media(color_scheme=scheme)
         for mode in ("tool", "joints"):
             page.locator(f"[data-value={mode}]").tap()
-            found = Axe().run(page, options=OPTIONS).response["violations"]
-            assert [f"{each['id']}: {each['nodes'][0]['html']}" for each in found] == []
+            assert violations(page) == []
             assert page.evaluate(SMALL) == []
             assert page.evaluate(WIDE) <= 0
             assert page.evaluate(STOP_SEEN)
@@ -220,11 +217,7 @@ def test_the_screen_stays_on_during_a_jog_which_ends_where_it_goes_off(
 ) -> None:
     page.evaluate(SPY)
     option(page, "J1").tap()
-    sign = 1 if left.robot.state.positions[0] < 0.3 else -1
-    box = page.locator(f".jog-row.chosen [data-sign='{sign}']").bounding_box()
-    assert box is not None
-    point = {"x": box["x"] + 20, "y": box["y"] + 20, "id": 1}
-    devtools = page.context.new_cdp_session(page)
+    devtools, point = finger(page, left)
     try:
         for lost in (False, True):
             pressed(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from dashboard.rig import Site, open_page, site
+from dashboard.rig import Site, page_of, site
 from processes import wait_until
 from served import HALF
 
@@ -33,14 +33,11 @@ def page(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page, opened after the arm has moved, which the tests share."""
     left.robot.move_joints((HALF[0] + 0.3, *HALF[1:]))
     left.robot.move_joints(HALF)
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    opened = open_page(context, left)
-    opened.get_by_role("tab", name="Plots").click()
-    expect(opened.locator(".plot canvas").first).to_be_visible()
-    expect(opened.locator(".plot canvas")).to_have_count(len(opened.locator(".plot").all()))
-    yield opened
-    assert opened.errors == []  # type: ignore[attr-defined]
-    context.close()
+    with page_of(browser, left) as opened:
+        opened.get_by_role("tab", name="Plots").click()
+        expect(opened.locator(".plot canvas").first).to_be_visible()
+        expect(opened.locator(".plot canvas")).to_have_count(len(opened.locator(".plot").all()))
+        yield opened
 
 
 def table(page: Page) -> dict[str, list[float]]:
@@ -84,15 +81,12 @@ def test_a_push_is_seen_as_the_load_of_its_joint(page: Page, left: Site) -> None
 
 def test_joints_without_load_are_named_and_their_lines_are_gaps(browser: Browser) -> None:
     with site(original="j2 j4") as made:
-        context = browser.new_context(viewport={"width": 1440, "height": 900})
-        opened = open_page(context, made)
-        opened.get_by_role("tab", name="Plots").click()
-        expect(opened.get_by_text("No load of j2, j4: original firmware")).to_be_visible()
-        found = table(opened)
+        with page_of(browser, made) as opened:
+            opened.get_by_role("tab", name="Plots").click()
+            expect(opened.get_by_text("No load of j2, j4: original firmware")).to_be_visible()
+            found = table(opened)
         gaps = [all(map(math.isnan, found[f"{joint} load [%]"])) for joint in JOINTS]
         assert gaps == [False, True, False, True]
-        assert opened.errors == []  # type: ignore[attr-defined]
-        context.close()
 
 
 def test_a_pause_holds_what_is_seen_and_a_drag_zooms(page: Page) -> None:

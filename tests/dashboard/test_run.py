@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from importlib import import_module
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Locator, Page
 
 from bioscara import Load, Prism, RemoteRobot, Robot
 from bioscara.api import messages as m
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, at_rest, command, moves, open_page, positions, wait_for_state
+from dashboard.rig import Site, at_rest, command, moves, page_of, positions, wait_for_state
 from processes import wait_until
 from served import HALF, RawClient
 
@@ -24,9 +24,8 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def shared(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page that the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield open_page(context, left)
-    context.close()
+    with page_of(browser, left, clean=False) as opened:
+        yield opened
 
 
 @pytest.fixture
@@ -38,9 +37,9 @@ def page(shared: Page, left: Site) -> Page:
     return shared
 
 
-def part(page: Page, name: str) -> Page:
+def part(page: Page, name: str) -> Locator:
     """Return a part of the panel."""
-    return page.get_by_role("region", name=name)  # type: ignore[return-value]
+    return page.get_by_role("region", name=name)
 
 
 def rests(left: Site) -> None:
@@ -149,13 +148,11 @@ def test_several_clients_pause_and_each_lifts_its_own_pause(page: Page, left: Si
 
 
 def test_a_page_that_may_only_look_pauses_and_does_not_resume(browser: Browser, left: Site) -> None:
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    page = open_page(context, left, Scope.VIEW)
-    motion = part(page, "Motion")
-    motion.get_by_role("button", name="Pause", exact=True).click()
-    motion.get_by_role("button", name="Resume", exact=True).press("Enter")
-    page.get_by_text("Resume: this page is signed in to look").wait_for()
-    context.close()
+    with page_of(browser, left, Scope.VIEW, clean=False) as page:
+        motion = part(page, "Motion")
+        motion.get_by_role("button", name="Pause", exact=True).click()
+        motion.get_by_role("button", name="Resume", exact=True).press("Enter")
+        page.get_by_text("Resume: this page is signed in to look").wait_for()
     with RawClient("bench-script") as script:
         (author,) = script.request(m.GetState()).paused_by
         assert author.startswith("dashboard (view, ")
@@ -177,7 +174,7 @@ def test_the_speed_is_overridden_and_its_reduction_released_in_two_presses(
     wait_until(lambda: left.robot.speed_override == 1.0, "the speed is set")
     speed.get_by_role("button", name="Release the reduced speed", exact=True).click()
     assert left.robot.reduced_speed
-    assert "nobody is within its reach" in speed.inner_text()  # type: ignore[call-arg]
+    assert "nobody is within its reach" in speed.inner_text()
     speed.get_by_role("button", name="Release the reduced speed now").click()
     wait_until(lambda: not left.robot.reduced_speed, "the speed is released")
     speed.get_by_role("button", name="Reduce the speed").click()
@@ -238,7 +235,7 @@ def test_a_load_is_grasped_with_its_size_and_released(page: Page, left: Site) ->
 def test_disabling_says_what_it_means_and_one_joint_is_homed_alone(page: Page, left: Site) -> None:
     power = part(page, "Power and homing")
     power.get_by_role("button", name="Disable", exact=True).click()
-    assert "may sink" in power.inner_text()  # type: ignore[call-arg]
+    assert "may sink" in power.inner_text()
     power.get_by_role("button", name="Disable now").click()
     wait_until(lambda: not left.robot.is_enabled, "the joints are disabled")
     rests(left)
@@ -297,6 +294,6 @@ def check(code: str) -> None:
             case ast.Attribute(value=value, attr=attribute) if attribute != "gripper":
                 parts = kinds.get(ast.unparse(value), ())
                 assert not parts or any(hasattr(kind, attribute) for kind in parts), code
-    names = [each for each in ast.walk(tree) if isinstance(each, ast.Name)]
-    stored = {each.id for each in names if isinstance(each.ctx, ast.Store)}
-    assert {each.id for each in names} <= {"robot", *stored, *imported, *dir(builtins)}, code
+    used = [each for each in ast.walk(tree) if isinstance(each, ast.Name)]
+    stored = {each.id for each in used if isinstance(each.ctx, ast.Store)}
+    assert {each.id for each in used} <= {"robot", *stored, *imported, *dir(builtins)}, code

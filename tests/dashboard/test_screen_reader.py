@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import pytest
 from playwright.sync_api import Browser, CDPSession, Page
 
-from bioscara.errors import BioscaraError
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, at_rest, command, open_page, swing, wait_for_state
+from dashboard.rig import Site, at_rest, command, page_of, recover, swing, wait_for_state
 from processes import wait_until
 
 pytestmark = pytest.mark.browser
@@ -87,11 +85,8 @@ class Reader:
 @pytest.fixture(scope="module")
 def page(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page signed in as administrator, which the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    opened = open_page(context, left, Scope.ADMIN)
-    yield opened
-    assert opened.errors == []  # type: ignore[attr-defined]
-    context.close()
+    with page_of(browser, left, Scope.ADMIN) as opened:
+        yield opened
 
 
 @pytest.fixture
@@ -176,13 +171,6 @@ def test_a_fault_and_its_remedy_interrupt_what_is_read(
         wait_until(lambda: any("fault" in text for text in reader.live("polite")), "the state is")
     finally:
         left.robot.simulate_fault("overheat", "j2", 0.0)
-        for _ in range(20):
-            with suppress(BioscaraError):
-                left.robot.acknowledge()
-                left.robot.recover()
-                left.robot.enable()
-                break
-            page.wait_for_timeout(100)
-        left.robot.release_lease()
+        recover(left.robot)
     wait_for_state(page, "no-lease")
     assert not any("Recover" in text for text in reader.live("assertive"))

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, command, open_page
+from dashboard.rig import Site, command, page_of
 
 pytestmark = pytest.mark.browser
 
@@ -19,12 +19,10 @@ REDUCTION = "joints.j1.reduction"
 @pytest.fixture(scope="module")
 def page(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page of an administrator, which the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    opened = open_page(context, left, Scope.ADMIN)
-    opened.get_by_role("tab", name="Settings").click()
-    command(opened)
-    yield opened
-    context.close()
+    with page_of(browser, left, Scope.ADMIN, clean=False) as opened:
+        opened.get_by_role("tab", name="Settings").click()
+        command(opened)
+        yield opened
 
 
 def change(page: Page, name: str, value: str) -> None:
@@ -91,8 +89,7 @@ def test_another_client_that_was_faster_is_a_conflict_and_the_edits_stay(
 
 
 def test_an_operator_reads_why_nothing_can_be_changed(browser: Browser, left: Site) -> None:
-    with browser.new_context(viewport={"width": 390, "height": 844}) as context:
-        page = open_page(context, left)
+    with page_of(browser, left, size=(390, 844)) as page:
         page.get_by_role("tab", name="Settings").click()
         page.get_by_label("Search in parameters").fill("J2 reduction")
         rows = page.locator(".settings-table tbody tr:visible")

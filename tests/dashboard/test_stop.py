@@ -10,18 +10,24 @@ from contextlib import contextmanager, suppress
 import pytest
 from playwright.sync_api import Browser, Page
 
-from bioscara.errors import BioscaraError, LeaseError
+from bioscara.errors import LeaseError
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
+from dashboard.rig import (
+    DIALOG,
+    Site,
+    at_rest,
+    command,
+    page_of,
+    recover,
+    stays,
+    swing,
+    wait_for_state,
+)
 from processes import wait_until
 
 pytestmark = pytest.mark.browser
 
 SIZES = [(1440, 900), (1024, 768), (390, 844)]
-DIALOG = """async () => {
-    const { openDialog } = await import("/js/dialog.js");
-    openDialog(bioscara, "A question", () => [document.createElement("input")]);
-}"""
 STOPPED = """(before) => bioscara.arm.events.some(
     ({ number, what, client }) =>
         number > before && what === "stop" && client.startsWith("dashboard"))"""
@@ -31,9 +37,8 @@ TABS = ("Run", "Health")
 @pytest.fixture(scope="module")
 def page(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page that only looks, which the tests share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    yield open_page(context, left, Scope.VIEW)
-    context.close()
+    with page_of(browser, left, Scope.VIEW, clean=False) as opened:
+        yield opened
 
 
 def press(page: Page) -> None:
@@ -155,15 +160,8 @@ def test_stop_s1_it_stops_in_a_fault_too(page: Page, left: Site) -> None:
     finally:
         robot.acquire_lease(force=True)
         robot.simulate_fault("overheat", "j2", 0.0)
-        # The fault may need a moment until its evidence is kept.
-        for _ in range(20):
-            with suppress(BioscaraError):
-                robot.acknowledge()
-                robot.recover()
-                robot.enable()
-                break
-            page.wait_for_timeout(100)
-    wait_for_state(page, "no-lease", "lease-elsewhere")
+        recover(robot)
+    wait_for_state(page, "no-lease")
 
 
 def test_stop_s2_it_acts_on_the_press_and_before_a_dialog_closes(page: Page, left: Site) -> None:
@@ -258,26 +256,19 @@ def test_stop_s4_it_says_that_it_was_not_confirmed_and_goes_on_until_it_is(
 def test_stop_s5_the_way_on_is_one_button_and_nothing_begins_again(
     page: Page, left: Site, browser: Browser
 ) -> None:
-    context = browser.new_context()
-    operator = open_page(context, left)
-    command_from(left, operator)
-    stops(operator, left, escape)
-    # The stop came from the page that had lost its lease: it says how to go on.
-    box = operator.locator(".stop-box")
-    assert "Nothing continues by itself. Take control to move it again." in box.inner_text()
-    assert operator.get_by_role("button", name="Take control").count() == 1
-    command(operator)
-    stays(left.robot)
-    box.get_by_role("button", name="Close").click()
-    assert not box.is_visible()
-    context.close()
-
-
-def command_from(left: Site, operator: Page) -> None:
-    """Let a page take the lease, and leave it to the client that moves the arm."""
-    left.robot.release_lease()
-    wait_for_state(operator, "no-lease")
-    command(operator)
+    with page_of(browser, left, clean=False) as operator:
+        left.robot.release_lease()
+        wait_for_state(operator, "no-lease")
+        command(operator)
+        stops(operator, left, escape)
+        # The stop came from the page that had lost its lease: it says how to go on.
+        box = operator.locator(".stop-box")
+        assert "Nothing continues by itself. Take control to move it again." in box.inner_text()
+        assert operator.get_by_role("button", name="Take control").count() == 1
+        command(operator)
+        stays(left.robot)
+        box.get_by_role("button", name="Close").click()
+        assert not box.is_visible()
 
 
 def test_stop_s6_each_state_has_a_word_a_mark_and_its_colour(page: Page, left: Site) -> None:

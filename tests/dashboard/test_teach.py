@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Dialog, Locator, Page
 from bioscara import Frame, Joints, NamedPose, Pose
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import read_sequence, text_of_sequence
-from dashboard.rig import Site, at_rest, command, open_page, positions, stays, wait_for_state
+from dashboard.rig import Site, at_rest, command, page_of, positions, stays, upload, wait_for_state
 from processes import wait_until
 from robot.sequences.samples import EACH_KIND
 from served import HALF
@@ -39,13 +39,11 @@ steps:
 @pytest.fixture(scope="module")
 def teach(browser: Browser, left: Site) -> Iterator[Page]:
     """Return the panel in a page that commands the arm."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    page = open_page(context, left)
-    page.on("dialog", _refuse)
-    page.get_by_role("tab", name="Teach").click()
-    command(page)
-    yield page
-    context.close()
+    with page_of(browser, left, clean=False, accept_downloads=True) as page:
+        page.on("dialog", _refuse)
+        page.get_by_role("tab", name="Teach").click()
+        command(page)
+        yield page
 
 
 def _refuse(dialog: Dialog) -> None:
@@ -85,10 +83,8 @@ def names(made: Site) -> list[str]:
     return [pose.name for pose in made.robot.table.poses]
 
 
-def load(page: Page, text: str, name: str = "a.yaml") -> None:
-    page.locator("input[type=file][accept='.yaml,.yml']").set_input_files(
-        {"name": name, "mimeType": "text/yaml", "buffer": text.encode()}
-    )
+def load(page: Page, text: str) -> None:
+    upload(page, ".yaml,.yml", "a.yaml", text)
 
 
 def test_a_pose_is_saved_overwritten_renamed_and_deleted_with_undo(panel: Page, left: Site) -> None:

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from bioscara import Box, Scene, Trajectory
-from dashboard.rig import Site, command, open_page
+from dashboard.rig import Site, command, open_page, page_of
 from processes import wait_until
 
 pytestmark = pytest.mark.browser
@@ -34,12 +34,9 @@ AT_HANDLE = """() => {
 @pytest.fixture(scope="module")
 def shared(browser: Browser, left: Site) -> Iterator[Page]:
     """Return a page that the tests of this module share."""
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    page = open_page(context, left)
-    _drawn(page)
-    yield page
-    assert page.errors == []  # type: ignore[attr-defined]
-    context.close()
+    with page_of(browser, left) as page:
+        _drawn(page)
+        yield page
 
 
 @pytest.fixture

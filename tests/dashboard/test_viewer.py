@@ -20,7 +20,7 @@ from bioscara.planning import Trajectory, write_csv
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
 from bioscara.web.viewer import ViewServer
-from dashboard.test_accessibility import violations
+from dashboard.accessible import violations
 from processes import wait_until
 from web.gateways import running_gateway
 
@@ -38,7 +38,7 @@ def viewed(browser: Browser, *words: str, size: tuple[int, int] = (1440, 900)) -
     options = parse(["view", *words])
     live = options.source is not None and options.source.startswith("sim:")
     onlooker = onlooker_of(options.source) if live and options.source else None
-    server = ViewServer(0, viewed_from(options, PARAMETERS), onlooker and onlooker.look)
+    server = ViewServer(0, viewed_from(options, PARAMETERS), onlooker.look if onlooker else None)
     context = browser.new_context(viewport={"width": size[0], "height": size[1]})
     with ExitStack() as ended:
         ended.enter_context(closing(context))
@@ -85,7 +85,7 @@ def test_a_trajectory_is_played_at_the_poses_of_its_file(browser: Browser, file:
         time = page.get_by_role("slider", name="Time in the plan")
         for there in (1.0, 2.4):
             time.fill(str(there))
-            wait_until(lambda there=there: is_at(page, there), "it is where the slider is")
+            wait_until(lambda at=there: is_at(page, at), "it is there")  # type: ignore[misc]
         page.get_by_role("combobox", name="Speed of playing").select_option("10")
         page.get_by_role("button", name="Play").click()
         wait_until(lambda: is_at(page, 3.0), "it is at the end")
@@ -159,7 +159,7 @@ def test_everyone_can_read_and_use_it(browser: Browser, file: Path, size: tuple[
     for words in ([str(file)], []):
         with viewed(browser, *words, size=size) as page:
             for scheme in ("light", "dark"):
-                page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+                page.emulate_media(color_scheme=scheme)
                 assert violations(page) == []
             wide = page.evaluate("document.documentElement.scrollWidth")
             assert wide <= size[0]

@@ -96,7 +96,8 @@ def test_after_an_error_in_any_byte_of_the_four_joints_cycle_the_joint_answers_w
         return EVERY_BIT or joint == own == 4 or number % 3 == (own if own < 4 else joint) - 1
 
     def frame(register: Register, joint: int) -> tuple[int, bytes, int]:
-        message, values = READ[Register.STATE], ()
+        message = READ[Register.STATE]
+        values: tuple[float, ...] = ()
         if register is Register.TRACKLOAD:
             message, rpm = WRITE[register], 5.0
             values = start + rpm * 6.0 * (board.machine.seconds - begun), rpm
@@ -205,7 +206,7 @@ def test_error_flags_that_noise_sets_at_any_time_pass(board: Board, flag: int) -
         result = board.bus.begin(address, frame, read)
         board.machine.run(duration * (step + 0.5) / 40)
         board.machine.i2c.inject(flag)
-        board.machine.run(10.0, until=lambda result=result: result.ended > 0.0)
+        board.machine.run(10.0, until=lambda result=result: result.ended > 0.0)  # type: ignore[misc]
         assert not result.hung
         # An answer that is thrown away is not sent on: the next byte waits until that is noticed.
         assert max(result.holds, default=0.0) <= HOLD_MOST
@@ -301,7 +302,7 @@ def test_a_start_at_once_after_a_stop(board: Board) -> None:
     for _ in range(30):
         frame, sequence = board.frame(message)
         first = board.bus.begin(board.address, frame, 0)
-        board.machine.run(1.0, until=lambda first=first: first.ended > 0.0)
+        board.machine.run(1.0, until=lambda first=first: first.ended > 0.0)  # type: ignore[misc]
         second = board.bus.transfer(board.address, b"", message.answer_size + TRAILER)
         assert second.data is not None
         message.decode_v2(board.address, sequence, second.data)

@@ -26,7 +26,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if compiler is None:
         pytest.skip("no arm-none-eabi-gcc: on Debian and Ubuntu, apt install gcc-arm-none-eabi")
     built = tmp_path_factory.mktemp("program") / "program.elf"
-    command = [compiler, *FLAGS.split(), "-Werror", "-T", HERE / "program.ld"]
+    command: list[str | Path] = [compiler, *FLAGS.split(), "-Werror", "-T", HERE / "program.ld"]
     subprocess.run([*command, HERE / "program.c", "-o", built], check=True)
     return built
 

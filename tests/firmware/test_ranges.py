@@ -24,7 +24,9 @@ def places(field: Field) -> list[float]:
     low, high = field_bounds(field)
     if field.kind is Kind.F32:
         with np.errstate(over="ignore"):
-            beyond = np.nextafter(np.float32((low, high)), np.float32((-math.inf, math.inf)))
+            beyond = np.nextafter(
+                np.array((low, high), np.float32), np.array((-math.inf, math.inf), np.float32)
+            )
         return [low, high, *beyond.tolist()]
     least, most = field_bounds(replace(field, lower=None, upper=None))
     return [low, high, *(at for at in (low - 1, high + 1) if least <= at <= most)]

@@ -14,48 +14,28 @@ from bioscara.errors import (
     JointLostError,
     ModeSwitchError,
 )
-from bioscara.hardware import ArmHardware, LifecycleState, Mode
+from bioscara.hardware import ArmHardware, Mode
 from bioscara.protocol import Register
 from control.control_stack import NAMES, PARAMETERS
+from hardware.active_arm import BOTH, active, cycles, switch
 from simulated import World
 
-BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.02
-
-
-def active(*, v1: bool = False) -> tuple[World, ArmHardware]:
-    world = World(v1=v1)
-    arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(LifecycleState.ACTIVE)
-    return world, arm
-
-
-def claim(arm: ArmHardware, *start: str, stop: tuple[str, ...] = ()) -> None:
-    arm.prepare_command_mode_switch(start, stop)
-    arm.perform_command_mode_switch(start, stop)
-
-
-def cycle(world: World, arm: ArmHardware) -> list[Exception]:
-    start = world.arm.now()
-    arm.read(start, PERIOD)
-    arm.write(start, PERIOD)
-    world.arm.clock.sleep_until(start + PERIOD)
-    return list(arm.problems)
 
 
 def run_homing(world: World, arm: ArmHardware, name: str, seconds: float = 60.0) -> list[Exception]:
     problems: list[Exception] = []
     for _ in range(round(seconds / PERIOD)):
-        problems += cycle(world, arm)
+        problems += cycles(world, arm, period=PERIOD)
         if not arm.commands[f"{name}/home"].value:
             break
-    return problems + cycle(world, arm)
+    return problems + cycles(world, arm, period=PERIOD)
 
 
 @BOTH
 def test_the_end_of_homing_resets_the_command_and_says_homed(v1: bool) -> None:
     world, arm = active(v1=v1)
-    claim(arm, "j1/home")
+    switch(arm, "j1/home")
     assert arm.states["j1/home"].value == 0.0
     arm.commands["j1/home"].value = -1.0
     assert run_homing(world, arm, "j1") == []
@@ -68,36 +48,34 @@ def test_the_sign_of_the_command_is_the_direction() -> None:
     for sign in (-1.0, 7.0):
         world, arm = active()
         before = world.arm.position("j3")
-        claim(arm, "j3/home")
+        switch(arm, "j3/home")
         arm.commands["j3/home"].value = sign
         for _ in range(50):
-            cycle(world, arm)
+            cycles(world, arm, period=PERIOD)
         assert (world.arm.position("j3") - before) * sign > 0.0
 
 
 @BOTH
 def test_0_stops_homing_and_the_joint_is_not_homed(v1: bool) -> None:
     world, arm = active(v1=v1)
-    claim(arm, "j3/home")
+    switch(arm, "j3/home")
     arm.commands["j3/home"].value = -1.0
-    for _ in range(150):  # An original joint waits for half a second first.
-        cycle(world, arm)
+    cycles(world, arm, 150, PERIOD)  # An original joint waits for half a second first.
     assert abs(world.arm.velocity("j3")) > 0.01
     arm.commands["j3/home"].value = 0.0
-    for _ in range(30):
-        cycle(world, arm)
+    cycles(world, arm, 30, PERIOD)
     assert abs(world.arm.velocity("j3")) < 0.005
     assert arm.states["j3/home"].value == 0.0
-    claim(arm, stop=("j3/home",))
+    switch(arm, stop=("j3/home",))
     assert arm.axes[2].mode is Mode.NONE
 
 
 @BOTH
 def test_rule_51_home_is_not_left_while_homing_runs(v1: bool) -> None:
     world, arm = active(v1=v1)
-    claim(arm, "j3/home")
+    switch(arm, "j3/home")
     arm.commands["j3/home"].value = 1.0
-    cycle(world, arm)
+    cycles(world, arm, period=PERIOD)
     with pytest.raises(ModeSwitchError, match="j3 is homing: command 0 to j3/home first"):
         arm.prepare_command_mode_switch([], ["j3/home"])
     with pytest.raises(ModeSwitchError, match="j3 is homing"):
@@ -108,10 +86,10 @@ def test_rule_51_no_other_joint_moves_while_one_homes() -> None:
     world, arm = active()
     joint = arm.joints[3]
     joint.home()
-    cycle(world, arm)
-    claim(arm, "j3/home")
+    cycles(world, arm, period=PERIOD)
+    switch(arm, "j3/home")
     arm.commands["j3/home"].value = 1.0
-    cycle(world, arm)
+    cycles(world, arm, period=PERIOD)
     with pytest.raises(ModeSwitchError, match="j4 cannot be moved while j3 is homing"):
         arm.prepare_command_mode_switch(["j4/position"], [])
 
@@ -119,15 +97,15 @@ def test_rule_51_no_other_joint_moves_while_one_homes() -> None:
 def test_a_homing_is_refused_while_another_joint_is_homing_or_under_command() -> None:
     world, arm = active()
     arm.joints[3].home()
-    cycle(world, arm)
-    claim(arm, "j1/home", "j2/home", "j4/position")
+    cycles(world, arm, period=PERIOD)
+    switch(arm, "j1/home", "j2/home", "j4/position")
     arm.commands["j1/home"].value = -1.0
-    assert "while j4 is under command" in str(cycle(world, arm)[0])
+    assert "while j4 is under command" in str(cycles(world, arm, period=PERIOD)[0])
     assert arm.commands["j1/home"].value == 0.0
-    claim(arm, stop=("j4/position",))
+    switch(arm, stop=("j4/position",))
     arm.commands["j1/home"].value = -1.0
     arm.commands["j2/home"].value = 1.0
-    assert "while j1 is homing" in str(cycle(world, arm)[0])
+    assert "while j1 is homing" in str(cycles(world, arm, period=PERIOD)[0])
     assert arm.commands["j2/home"].value == 0.0
     assert arm.axes[0].homing.running
 
@@ -135,17 +113,19 @@ def test_a_homing_is_refused_while_another_joint_is_homing_or_under_command() ->
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_command_without_a_direction_starts_nothing(value: float) -> None:
     world, arm = active()
-    claim(arm, "j3/home")
+    switch(arm, "j3/home")
     arm.commands["j3/home"].value = value
     world.tap.calls.clear()
-    assert [type(problem) for problem in cycle(world, arm)] == [InvalidArgumentError]
+    assert [type(problem) for problem in cycles(world, arm, period=PERIOD)] == [
+        InvalidArgumentError
+    ]
     assert world.tap.count(Register.HOME) == 0
 
 
 def test_homing_without_an_end_stop_ends_with_that_reason() -> None:
     world, arm = active()
     world.arm.remove_stops("j4")
-    claim(arm, "j4/home")
+    switch(arm, "j4/home")
     arm.commands["j4/home"].value = 1.0
     problems = run_homing(world, arm, "j4", 150.0)
     assert isinstance(problems[0], HomingError)
@@ -155,10 +135,9 @@ def test_homing_without_an_end_stop_ends_with_that_reason() -> None:
 
 def test_a_joint_without_host_stops_homing_autonomously() -> None:
     world, arm = active()
-    claim(arm, "j3/home")
+    switch(arm, "j3/home")
     arm.commands["j3/home"].value = -1.0
-    for _ in range(30):
-        cycle(world, arm)
+    cycles(world, arm, 30, PERIOD)
     world.arm.run(0.5)  # the load swings behind its belt
     assert abs(world.arm.velocity("j3")) < 0.005
 
@@ -167,21 +146,19 @@ def test_a_joint_without_host_stops_homing_autonomously() -> None:
 def test_a_lift_in_home_mode_stays_enabled(v1: bool) -> None:
     world, arm = active(v1=v1)
     before = world.arm.position("j2")
-    claim(arm, *(f"{name}/home" for name in NAMES))
-    for _ in range(50):
-        cycle(world, arm)
+    switch(arm, *(f"{name}/home" for name in NAMES))
+    cycles(world, arm, 50, PERIOD)
     assert world.arm.has_torque("j2")
     assert world.arm.position("j2") == pytest.approx(before, abs=2e-4)
-    claim(arm, stop=tuple(f"{name}/home" for name in NAMES))
+    switch(arm, stop=tuple(f"{name}/home" for name in NAMES))
     assert world.arm.has_torque("j2")
 
 
 def test_deactivation_ends_a_homing() -> None:
     world, arm = active()
-    claim(arm, "j1/home")
+    switch(arm, "j1/home")
     arm.commands["j1/home"].value = -1.0
-    for _ in range(10):
-        cycle(world, arm)
+    cycles(world, arm, 10, PERIOD)
     arm.deactivate()
     assert not arm.axes[0].homing.running
     assert abs(world.arm.velocity("j1")) < 0.002
@@ -191,17 +168,16 @@ def test_deactivation_ends_a_homing() -> None:
 @BOTH
 def test_a_stop_that_is_lost_is_repeated_in_the_next_cycle(v1: bool) -> None:
     world, arm = active(v1=v1)
-    claim(arm, "j3/home")
+    switch(arm, "j3/home")
     arm.commands["j3/home"].value = -1.0
-    for _ in range(50):
-        cycle(world, arm)
+    cycles(world, arm, 50, PERIOD)
     world.bus.lose(Direction.OUT, When(address=0x13, first=Register.STOP, count=3))
     arm.commands["j3/home"].value = 0.0
-    (problem,) = cycle(world, arm)
+    (problem,) = cycles(world, arm, period=PERIOD)
     assert isinstance(problem, JointLostError)
     assert isinstance(problem.reason, BusTimeoutError)
     assert arm.axes[2].homing.running
-    assert cycle(world, arm) == []
+    assert cycles(world, arm, period=PERIOD) == []
     assert not arm.axes[2].homing.running
     world.arm.run(0.5)
     assert abs(world.arm.velocity("j3")) < 0.005
@@ -209,11 +185,10 @@ def test_a_stop_that_is_lost_is_repeated_in_the_next_cycle(v1: bool) -> None:
 
 def test_a_start_whose_answers_are_lost_leaves_nothing_running() -> None:
     world, arm = active(v1=True)
-    claim(arm, "j3/home")
+    switch(arm, "j3/home")
     world.bus.lose(Direction.BACK, When(address=0x13, first=Register.HOME))
     arm.commands["j3/home"].value = -1.0
-    assert len(cycle(world, arm)) == 1
-    for _ in range(20):
-        cycle(world, arm)
+    assert len(cycles(world, arm, period=PERIOD)) == 1
+    cycles(world, arm, 20, PERIOD)
     assert abs(world.arm.velocity("j3")) < 0.005
     assert not arm.axes[2].homing.running

@@ -28,15 +28,16 @@ from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.control_stack import NAMES, PARAMETERS
 from control.control_stack import World as Stack
+from hardware.active_arm import BOTH, PERIOD, active, switch, unconfigured
 from simulated import Tap, World, home_error
 
-BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-PERIOD = 0.01
 
-
-def bare(v1: bool = False) -> tuple[World, ArmHardware]:
-    world = World(v1=v1)
-    return world, ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
+def holding(**made: bool) -> Stack:
+    """Return an arm that its controller holds."""
+    world = Stack(**made)  # type: ignore[arg-type]
+    world.switch("hold")
+    world.run(0.1)
+    return world
 
 
 def powered(world: World) -> list[bool]:
@@ -54,7 +55,7 @@ def test_rule_56_states_have_the_numbers_and_labels_of_ros() -> None:
 
 
 def test_rule_56_paths_over_several_transitions_are_walked() -> None:
-    world, arm = bare()
+    world, arm = unconfigured()
     assert arm.set_state(LifecycleState.ACTIVE) is LifecycleState.ACTIVE
     assert powered(world) == [True] * 4
     assert arm.set_state(LifecycleState.UNCONFIGURED) is LifecycleState.UNCONFIGURED
@@ -62,8 +63,7 @@ def test_rule_56_paths_over_several_transitions_are_walked() -> None:
 
 
 def test_rule_56_finalized_is_never_left() -> None:
-    world, arm = bare()
-    arm.set_state(LifecycleState.ACTIVE)
+    world, arm = active()
     assert arm.set_state(LifecycleState.FINALIZED) is LifecycleState.FINALIZED
     assert powered(world) == [False] * 4
     for target in (LifecycleState.UNCONFIGURED, LifecycleState.INACTIVE, LifecycleState.ACTIVE):
@@ -73,7 +73,7 @@ def test_rule_56_finalized_is_never_left() -> None:
 
 
 def test_rule_56_unknown_is_no_state_to_go_to() -> None:
-    _, arm = bare()
+    _, arm = unconfigured()
     with pytest.raises(LifecycleError, match="arm: no component can be unknown"):
         arm.set_state(LifecycleState.UNKNOWN)
     assert arm.state is LifecycleState.UNCONFIGURED
@@ -86,7 +86,7 @@ def test_rule_56_an_unknown_component_is_refused_with_a_proposal() -> None:
 
 
 def test_rule_57_interfaces_are_available_from_configured_on() -> None:
-    _, arm = bare()
+    _, arm = unconfigured()
     assert not arm.available
     arm.configure()
     assert arm.available
@@ -120,7 +120,7 @@ def test_rule_59_inactive_hardware_is_read_but_not_written() -> None:
 
 @BOTH
 def test_rule_63_a_failed_configure_leaves_no_joint_open(v1: bool) -> None:
-    world, arm = bare(v1)
+    world, arm = unconfigured(v1=v1)
     world.arm.set_power("j4", False)
     with pytest.raises(BioscaraError, match="j4"):
         arm.configure()
@@ -134,7 +134,7 @@ def test_rule_63_a_failed_configure_leaves_no_joint_open(v1: bool) -> None:
 
 @BOTH
 def test_rule_63_a_failed_activate_releases_every_joint(v1: bool) -> None:
-    world, arm = bare(v1)
+    world, arm = unconfigured(v1=v1)
     arm.configure()
     world.arm.set_power("j4", False)
     with pytest.raises(BioscaraError, match="j4"):
@@ -172,8 +172,7 @@ def test_rule_63_a_joint_that_drops_out_while_others_are_enabled_fails_the_activ
 
 @BOTH
 def test_rule_63_a_failed_deactivate_goes_through_error_to_unconfigured(v1: bool) -> None:
-    world, arm = bare(v1)
-    arm.set_state(LifecycleState.ACTIVE)
+    world, arm = active(v1=v1)
     world.arm.set_power("j1", False)
     with pytest.raises(HardwareError, match="j1 may be energised"):
         arm.deactivate()
@@ -183,7 +182,7 @@ def test_rule_63_a_failed_deactivate_goes_through_error_to_unconfigured(v1: bool
 
 
 def test_transitions_that_do_not_exist_are_refused() -> None:
-    _, arm = bare()
+    _, arm = unconfigured()
     for step in (arm.activate, arm.deactivate, arm.cleanup):
         with pytest.raises(LifecycleError):
             step()
@@ -201,7 +200,7 @@ def test_shutdown_and_error_release_from_every_state(before: LifecycleState) -> 
         ("fail", LifecycleState.UNCONFIGURED),
         ("shutdown", LifecycleState.FINALIZED),
     ):
-        world, arm = bare()
+        world, arm = unconfigured()
         arm.set_state(before)
         getattr(arm, leave)()
         assert arm.state is after
@@ -210,7 +209,7 @@ def test_shutdown_and_error_release_from_every_state(before: LifecycleState) -> 
 
 @BOTH
 def test_configure_pings_and_moves_nothing(v1: bool) -> None:
-    world, arm = bare(v1)
+    world, arm = unconfigured(v1=v1)
     arm.configure()
     assert powered(world) == [False] * 4
     sent = {t.write[0] for call in world.tap.calls for t in call}
@@ -224,7 +223,7 @@ def test_configure_pings_and_moves_nothing(v1: bool) -> None:
 def test_activate_sets_stall_guard_acceleration_and_velocity_on_joints_that_run_already(
     v1: bool,
 ) -> None:
-    world, arm = bare(v1)
+    world, arm = unconfigured(v1=v1)
     for joint in world.ready():
         assert joint.is_enabled()
     arm.configure()
@@ -241,9 +240,7 @@ def test_activate_sets_stall_guard_acceleration_and_velocity_on_joints_that_run_
 
 @BOTH
 def test_activation_reads_once_and_the_commands_are_the_measured_states(v1: bool) -> None:
-    world, arm = bare(v1)
-    world.ready()
-    arm.set_state(LifecycleState.ACTIVE)
+    world, arm = active(v1=v1, home=True)
     for axis in arm.axes:
         error = 2e-3 + home_error(axis.name, v1=v1)
         assert axis.position.value == pytest.approx(world.arm.position(axis.name), abs=error)
@@ -254,8 +251,7 @@ def test_activation_reads_once_and_the_commands_are_the_measured_states(v1: bool
 
 @BOTH
 def test_an_unknown_position_is_marked_and_never_zero(v1: bool) -> None:
-    _, arm = bare(v1)
-    arm.set_state(LifecycleState.ACTIVE)
+    _, arm = active(v1=v1)
     arm.read(0.0, PERIOD)
     for axis in arm.axes:
         assert math.isnan(axis.position.value)
@@ -265,8 +261,7 @@ def test_an_unknown_position_is_marked_and_never_zero(v1: bool) -> None:
 
 
 def test_a_cycle_of_reading_is_one_bus_call_and_an_unclaimed_arm_is_sent_nothing() -> None:
-    world, arm = bare()
-    arm.set_state(LifecycleState.ACTIVE)
+    world, arm = active()
     world.tap.calls.clear()
     arm.read(0.0, PERIOD)
     arm.write(0.0, PERIOD)
@@ -289,8 +284,7 @@ def test_a_joint_that_failed_alone_is_left_out_and_reported() -> None:
 
 
 def test_no_joint_that_answers_is_an_error_of_the_whole() -> None:
-    world, arm = bare()
-    arm.set_state(LifecycleState.ACTIVE)
+    world, arm = active()
     world.bus.off()
     for _ in range(2):
         arm.read(0.0, PERIOD)
@@ -305,9 +299,7 @@ def test_no_joint_that_answers_is_an_error_of_the_whole() -> None:
 def test_usr1_usr2_power_that_comes_back_moves_nothing_and_the_arm_can_be_enabled(
     fed: bool,
 ) -> None:
-    world = Stack(controllers_fed=fed)
-    world.switch("hold")
-    world.run(0.1)
+    world = holding(controllers_fed=fed)
     world.arm.set_supply(False)
     world.run(0.5)
     before = [world.arm.position(name) for name in NAMES]
@@ -433,8 +425,7 @@ def test_a_halted_joint_that_is_not_heard_any_more_is_never_fresh() -> None:
 def test_a_joint_that_is_lost_between_two_readings_is_unknown(kind: str) -> None:
     world = Stack()
     arm, now = world.hardware, world.clock.now
-    arm.prepare_command_mode_switch([f"j3/{kind}"], [])
-    arm.perform_command_mode_switch([f"j3/{kind}"], [])
+    switch(arm, f"j3/{kind}")
     arm.read(now(), PERIOD)
     world.arm.set_power("j3", False)
     for _ in range(3):
@@ -447,9 +438,7 @@ def test_a_joint_that_is_lost_between_two_readings_is_unknown(kind: str) -> None
 
 @BOTH
 def test_what_a_joint_answered_before_a_pause_is_asked_for_again(v1: bool) -> None:
-    world = Stack(v1=v1)
-    world.switch("hold")
-    world.run(0.1)
+    world = holding(v1=v1)
     world.arm.run(0.5)
     world.loop.restart()
     world.run(1.0 / world.rate)
@@ -460,9 +449,7 @@ def test_what_a_joint_answered_before_a_pause_is_asked_for_again(v1: bool) -> No
 
 
 def test_what_a_joint_answered_before_a_cycle_that_came_late_is_asked_for_again() -> None:
-    world = Stack()
-    world.switch("hold")
-    world.run(0.1)
+    world = holding()
     world.arm.run(0.5)
     late = world.clock.now()
     world.hardware.read(late, 0.5)
@@ -470,9 +457,7 @@ def test_what_a_joint_answered_before_a_cycle_that_came_late_is_asked_for_again(
 
 
 def test_what_a_joint_answered_before_it_was_released_is_asked_for_again() -> None:
-    world = Stack()
-    world.switch("hold")
-    world.run(0.1)
+    world = holding()
     begin = world.hardware._written
     world.hardware.deactivate()
     # However little time that took.
@@ -482,13 +467,11 @@ def test_what_a_joint_answered_before_it_was_released_is_asked_for_again() -> No
 
 @BOTH
 def test_in_cycles_on_time_the_answers_to_the_commands_are_enough(v1: bool) -> None:
-    world, arm = bare(v1)
+    world, arm = unconfigured(v1=v1)
     for joint in world.ready():
         joint.deinit()
     arm.set_state(LifecycleState.ACTIVE)
-    claimed = [f"{name}/position" for name in NAMES]
-    arm.prepare_command_mode_switch(claimed, [])
-    arm.perform_command_mode_switch(claimed, [])
+    switch(arm, *(f"{name}/position" for name in NAMES))
     period = 0.05
     for late in (0.0, 0.0, 0.001, 0.0, 0.0):
         start = world.arm.now()

@@ -20,39 +20,16 @@ from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
 from control.control_stack import NAMES, PARAMETERS
 from control.control_stack import World as Stack
+from hardware.active_arm import BOTH, PERIOD, active, cycles, switch
 from simulated import World, home_error
 
-BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-PERIOD = 0.01
 FORWARD = "forward_command_controller/ForwardCommandController"
-
-
-def ready(*, v1: bool = False, home: bool = True) -> tuple[World, ArmHardware]:
-    world = World(v1=v1)
-    if home:
-        world.ready()
-    arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(LifecycleState.ACTIVE)
-    return world, arm
-
-
-def switch(arm: ArmHardware, *start: str, stop: tuple[str, ...] = ()) -> None:
-    arm.prepare_command_mode_switch(start, stop)
-    arm.perform_command_mode_switch(start, stop)
-
-
-def cycles(world: World, arm: ArmHardware, count: int) -> None:
-    for _ in range(count):
-        start = world.arm.now()
-        arm.read(start, PERIOD)
-        arm.write(start, PERIOD)
-        world.arm.clock.sleep_until(start + PERIOD)
 
 
 @pytest.mark.parametrize("kind", ["position", "velocity"])
 @BOTH
 def test_rule_51_position_and_velocity_are_refused_unless_homed(v1: bool, kind: str) -> None:
-    _, arm = ready(v1=v1, home=False)
+    _, arm = active(v1=v1)
     with pytest.raises(ModeSwitchError, match="j1 is not homed"):
         arm.prepare_command_mode_switch([f"j1/{kind}"], [])
     assert arm.axes[0].mode is Mode.NONE
@@ -60,7 +37,7 @@ def test_rule_51_position_and_velocity_are_refused_unless_homed(v1: bool, kind: 
 
 @pytest.mark.parametrize("kind", ["position", "velocity"])
 def test_rule_51_home_excludes_the_others(kind: str) -> None:
-    _, arm = ready()
+    _, arm = active(home=True)
     with pytest.raises(ModeSwitchError, match="cannot be commanded together"):
         arm.prepare_command_mode_switch([f"j1/{kind}", "j1/home"], [])
     switch(arm, f"j1/{kind}")
@@ -71,7 +48,7 @@ def test_rule_51_home_excludes_the_others(kind: str) -> None:
 
 
 def test_rule_51_a_veto_for_one_joint_leaves_all_as_they_were() -> None:
-    world, arm = ready(home=False)
+    world, arm = active()
     joint = world.joint(PARAMETERS.joints[0])
     joint.init()
     joint.home()
@@ -83,7 +60,7 @@ def test_rule_51_a_veto_for_one_joint_leaves_all_as_they_were() -> None:
 
 
 def test_rule_51_a_joint_that_is_off_is_refused() -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     world.arm.overheat("j3")
     world.arm.run(0.05)
     arm.read(world.arm.now(), PERIOD)
@@ -92,7 +69,7 @@ def test_rule_51_a_joint_that_is_off_is_refused() -> None:
 
 
 def test_rule_51_a_joint_that_cannot_be_reached_is_refused_for_homing_too() -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     world.arm.set_power("j3", on=False)
     for _ in range(5):
         arm.read(world.arm.now(), PERIOD)
@@ -103,7 +80,7 @@ def test_rule_51_a_joint_that_cannot_be_reached_is_refused_for_homing_too() -> N
 
 
 def test_rule_51_a_joint_that_went_off_while_it_was_there_to_home_may_home_but_not_move() -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     switch(arm, "j3/home")
     arm.joints[2].disable()
     arm.read(world.arm.now(), PERIOD)
@@ -113,7 +90,7 @@ def test_rule_51_a_joint_that_went_off_while_it_was_there_to_home_may_home_but_n
 
 
 def test_rule_51_a_joint_can_be_released_in_any_state() -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     switch(arm, "j3/position")
     world.arm.overheat("j3")
     world.arm.run(0.05)
@@ -125,7 +102,7 @@ def test_rule_51_a_joint_can_be_released_in_any_state() -> None:
 
 @BOTH
 def test_rule_51_releasing_a_joint_that_stopped_autonomously_sends_it_nothing(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     switch(arm, "j3/position", "j4/position")
     world.arm.reset("j3")
     cycles(world, arm, 2)
@@ -136,7 +113,7 @@ def test_rule_51_releasing_a_joint_that_stopped_autonomously_sends_it_nothing(v1
 
 
 def test_rule_51_position_with_velocity_needs_protocol_2() -> None:
-    _, arm = ready(v1=True)
+    _, arm = active(v1=True, home=True)
     with pytest.raises(ModeSwitchError, match="claim position alone"):
         arm.prepare_command_mode_switch(["j1/position", "j1/velocity"], [])
 
@@ -145,7 +122,7 @@ def test_rule_51_position_with_velocity_needs_protocol_2() -> None:
 def test_rule_51_position_and_velocity_of_a_joint_are_claimed_together_or_not_at_all(
     first: str, second: str
 ) -> None:
-    _, arm = ready()
+    _, arm = active(home=True)
     switch(arm, f"j1/{first}")
     for change in (arm.prepare_command_mode_switch, arm.perform_command_mode_switch):
         with pytest.raises(ModeSwitchError, match=f"j1: {second} cannot be claimed while {first}"):
@@ -158,14 +135,14 @@ def test_rule_51_position_and_velocity_of_a_joint_are_claimed_together_or_not_at
 
 
 def test_rule_51_an_unknown_interface_gets_a_proposal() -> None:
-    _, arm = ready(home=False)
+    _, arm = active()
     with pytest.raises(ModeSwitchError, match=r"did you mean j1/position\?"):
         arm.prepare_command_mode_switch(["j1/positon"], [])
 
 
 @BOTH
 def test_rule_25_a_claimed_joint_starts_from_where_it_is(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     before = world.arm.position("j3")
     arm.commands["j3/position"].value = before - 1.0  # Left behind by the previous controller.
     arm.commands["j3/velocity"].value = -0.5
@@ -179,7 +156,7 @@ def test_rule_25_a_claimed_joint_starts_from_where_it_is(v1: bool) -> None:
 
 @BOTH
 def test_rule_25_a_change_of_motion_mode_starts_from_the_measured_state(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     switch(arm, "j3/velocity")
     arm.commands["j3/velocity"].value = -0.5
     cycles(world, arm, 60)
@@ -193,7 +170,7 @@ def test_rule_25_a_change_of_motion_mode_starts_from_the_measured_state(v1: bool
 
 @BOTH
 def test_only_claimed_interfaces_are_written(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     switch(arm, "j2/velocity", "j4/position")
     world.tap.calls.clear()
     arm.write(world.arm.now(), PERIOD)
@@ -204,7 +181,7 @@ def test_only_claimed_interfaces_are_written(v1: bool) -> None:
 
 @BOTH
 def test_velocities_of_all_joints_are_one_bus_call(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     switch(arm, *(f"{name}/velocity" for name in NAMES))
     arm.read(world.arm.now(), PERIOD)
     world.tap.calls.clear()
@@ -214,7 +191,7 @@ def test_velocities_of_all_joints_are_one_bus_call(v1: bool) -> None:
 
 @BOTH
 def test_a_velocity_is_kept_while_it_is_commanded_and_ramped_down_afterwards(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     switch(arm, "j3/velocity")
     arm.commands["j3/velocity"].value = -0.8
     cycles(world, arm, 60)
@@ -229,7 +206,7 @@ def test_a_velocity_is_kept_while_it_is_commanded_and_ramped_down_afterwards(v1:
 
 @BOTH
 def test_rule_65_deactivation_stops_all_joints_before_it_waits_for_the_first(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     speeds = {"j1": 0.5, "j3": -0.8, "j4": -1.0}
     switch(arm, *(f"{name}/velocity" for name in speeds))
     for name, speed in speeds.items():
@@ -246,13 +223,10 @@ def test_rule_65_deactivation_stops_all_joints_before_it_waits_for_the_first(v1:
 
 @BOTH
 def test_a_velocity_towards_a_limit_stops_the_joint_before_it(v1: bool) -> None:
-    world, arm = ready(v1=v1)
+    world, arm = active(v1=v1, home=True)
     switch(arm, "j4/velocity")
     arm.commands["j4/velocity"].value = 2.0
-    problems = []
-    for _ in range(60):
-        cycles(world, arm, 1)
-        problems += arm.problems
+    problems = cycles(world, arm, 60)
     assert [type(problem) for problem in problems] == [LimitError]
     assert world.arm.position("j4") < PARAMETERS.joints[3].upper + home_error("j4", v1=v1)
     assert abs(world.arm.velocity("j4")) < 0.05
@@ -260,7 +234,7 @@ def test_a_velocity_towards_a_limit_stops_the_joint_before_it(v1: bool) -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e9])
 def test_a_velocity_that_cannot_be_reaches_no_joint(value: float) -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     switch(arm, "j1/velocity", "j3/velocity")
     arm.commands["j3/velocity"].value = value
     world.tap.calls.clear()
@@ -270,7 +244,7 @@ def test_a_velocity_that_cannot_be_reaches_no_joint(value: float) -> None:
 
 
 def test_a_joint_that_misses_the_stop_stops_autonomously_and_is_reported() -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     switch(arm, "j3/velocity", "j4/velocity")
     for name in ("j3", "j4"):
         arm.commands[f"{name}/velocity"].value = -0.5
@@ -286,15 +260,12 @@ def test_a_joint_that_misses_the_stop_stops_autonomously_and_is_reported() -> No
 
 
 def test_a_stall_is_noticed_without_a_write_for_it() -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     switch(arm, "j3/velocity")
     arm.commands["j3/velocity"].value = -0.5
     cycles(world, arm, 40)
     world.arm.add_obstacle("j3", world.arm.position("j3") - 0.05)
-    problems = []
-    for _ in range(60):
-        cycles(world, arm, 1)
-        problems += arm.problems
+    problems = cycles(world, arm, 60)
     # Which one depends on whether the setpoint or the state of that cycle came first.
     assert len(problems) == 1
     assert isinstance(problems[0], StalledError | JointFaultError)
@@ -302,7 +273,7 @@ def test_a_stall_is_noticed_without_a_write_for_it() -> None:
 
 
 def test_one_bad_exchange_does_not_end_a_velocity() -> None:
-    world, arm = ready()
+    world, arm = active(home=True)
     switch(arm, "j3/velocity")
     arm.commands["j3/velocity"].value = -0.5
     cycles(world, arm, 40)

@@ -214,11 +214,6 @@ def test_a_wrong_value_is_named_with_its_line(
     assert f"arm.yaml, line {line_of(TEXT, old)}: " in str(caught.value)
 
 
-def test_a_misspelt_key_gets_a_suggestion(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"did you mean max_velocity\?"):
-        load(tmp_path, TEXT.replace("max_velocity: 5.0", "max_velocty: 5.0"))
-
-
 def test_a_missing_key_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"joints\.j3\.max_velocity is missing"):
         load(tmp_path, TEXT.replace("    max_velocity: 5.0", "    # none"))

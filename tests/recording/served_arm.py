@@ -13,6 +13,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from bioscara import Robot
+from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.recording.writing.folder import RecordingFolder
 from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.recording.writing.recorder import record
@@ -86,6 +87,29 @@ def recording(folder: Path, limits: FileLimits = PLENTY, keep: int = 10**9) -> I
         yield made
     finally:
         made.end()
+
+
+def attached(recorder: Recording) -> dict[str, bytes]:
+    """Return the attached flight records, also of a file that is being written."""
+    scan = FileScan()
+    list(messages(recorder.folder.files()[-1], scan, ()))
+    return {each.name: each.data for each in scan.attachments if each.name.startswith("fault-")}
+
+
+def recorded_fault(folder: Path) -> tuple[Path, Path]:
+    """Record an arm that has a fault; return the recording, and the evidence of the fault."""
+    with served(folder) as owner, recording(folder) as recorder:
+        with Robot.connect(f"arm:{NAME}") as robot:
+            robot.enable()
+            owner.robot.simulate_fault("reset", "j3")
+            wait_until(lambda: robot.faults != (), "the fault")
+            (fault,) = robot.acknowledge()
+            assert fault.evidence is not None
+            wait_until(lambda: attached(recorder) != {}, "the evidence")
+        (path,) = recorder.end()
+    evidence = folder / "faults" / fault.evidence.name
+    assert attached(recorder) == {evidence.name: evidence.read_bytes()}
+    return path, evidence
 
 
 def read(path: Path, *topics: str) -> list[Read]:

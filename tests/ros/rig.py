@@ -12,10 +12,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
 
 from bioscara.api.runtime import VARIABLE
 from bioscara.model.urdf import URDF
+from bioscara.remote import RemoteRobot
 from processes import LIMIT, environment, running, started, wait_for_line
 from ros_environment import ros_environment, ros_python
 from served import NAME
@@ -244,6 +246,14 @@ class Rig:
     def log(self) -> str:
         """Output of the nodes."""
         return (self.folder / "node.log").read_text()
+
+    @contextmanager
+    def observed(self) -> Iterator[RemoteRobot]:
+        """Connect another client of the owner."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv(VARIABLE, str(self.folder))
+            with RemoteRobot(NAME) as robot:
+                yield robot
 
     @contextmanager
     def clients(self) -> Iterator[Ros]:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from contextlib import contextmanager
 
 import pytest
 
-from bioscara.api.runtime import VARIABLE
-from bioscara.remote import RemoteRobot
 from processes import wait_until
 from ros.bringup_controllers import (
-    HOMING,
     JOINTS,
     VELOCITY,
     clear,
@@ -24,8 +19,8 @@ from ros.bringup_controllers import (
     near,
     point,
 )
-from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
-from served import HALF, NAME
+from ros.rig import ABORTED, SUCCEEDED, Rig, Ros
+from served import HALF
 
 pytestmark = pytest.mark.ros
 OBSTACLE = HALF[0] + 0.15
@@ -44,17 +39,8 @@ def cleared(ros: Ros, ros_rig: Rig) -> Iterator[None]:
 
 def simulate(rig: Rig, fault: str, joint: str = "", value: float | None = None) -> None:
     """Let the arm fail, by another client."""
-    with observed(rig) as robot:
+    with rig.observed() as robot:
         robot.simulate_fault(fault, joint, value)
-
-
-@contextmanager
-def observed(rig: Rig) -> Iterator[RemoteRobot]:
-    """Connect a client that only looks."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(VARIABLE, str(rig.folder))
-        with RemoteRobot(NAME) as robot:
-            yield robot
 
 
 def recover(ros: Ros) -> None:
@@ -109,52 +95,6 @@ def test_a_fault_in_a_goal_aborts_it_with_the_reason(ros: Ros, ros_rig: Rig) -> 
     go_home(ros)
 
 
-def test_a_fault_at_rest_is_seen_by_the_next_call(ros: Ros, ros_rig: Rig) -> None:
-    energise(ros)
-    ros.spawn(VELOCITY)
-    ros.switch((), [VELOCITY])
-    simulate(ros_rig, "overheat", "j2")
-    wait_until(lambda: bool(faults(ros)), "a fault of the arm")
-    answer = ros.switch([VELOCITY])
-    assert not answer["ok"]
-    assert answer["message"]
-    simulate(ros_rig, "overheat", "j2", 0.0)
-    recover(ros)
-    energise(ros)
-    assert ros.switch([VELOCITY])["ok"]
-
-
-def test_a_goal_during_homing_is_rejected(ros: Ros) -> None:
-    energise(ros)
-    ros.spawn(HOMING)
-    ros.spawn(VELOCITY, active=False)
-    message = {
-        "interface_groups": ["j4"],
-        "interface_values": [{"interface_names": ["home"], "values": [1.0]}],
-    }
-    ros.do(
-        "publish",
-        type="control_msgs/DynamicInterfaceGroupValues",
-        topic=f"/{HOMING}/commands",
-        message=message,
-    )
-    assert follow(ros, VELOCITY, goal(near(0.1, at=1.0))) is None
-    assert not ros.switch([VELOCITY])["ok"]
-
-
-def test_a_goal_with_10000_points_is_followed(ros: Ros) -> None:
-    energise(ros)
-    ros.spawn(VELOCITY)
-    go_home(ros)
-    points = [
-        near(0.05 * math.sin(2e-3 * step) ** 2, at=0.004 * (step + 1)) for step in range(10_000)
-    ]
-    number = follow(ros, VELOCITY, goal(*points))
-    assert number is not None
-    ros.do("cancel", number=number)
-    assert ended(ros, number)["status"] == CANCELED
-
-
 def test_a_name_of_a_megabyte_is_rejected_in_one_line(ros: Ros, ros_rig: Rig) -> None:
     energise(ros)
     ros.spawn(VELOCITY)
@@ -171,7 +111,7 @@ def test_a_goal_of_a_client_that_dies_goes_on(ros: Ros, ros_rig: Rig) -> None:
     energise(ros)
     ros.spawn(VELOCITY)
     go_home(ros)
-    with observed(ros_rig) as robot:
+    with ros_rig.observed() as robot:
         with ros_rig.clients() as other:
             assert follow(other, VELOCITY, goal(near(0.1, at=1.5))) is not None
         wait_until(

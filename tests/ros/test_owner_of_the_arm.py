@@ -7,7 +7,6 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -56,15 +55,6 @@ def ros(site: Rig) -> Iterator[Ros]:
     """Return clients of that."""
     with site.clients() as clients:
         yield clients
-
-
-@contextmanager
-def connected(site: Rig) -> Iterator[RemoteRobot]:
-    """Connect another client of the owner."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(VARIABLE, str(site.folder))
-        with RemoteRobot(NAME) as robot:
-            yield robot
 
 
 def running(site: Rig) -> dict[str, int]:
@@ -157,7 +147,7 @@ def test_the_node_waits_for_an_owner_and_finds_the_next_one(empty: Rig) -> None:
 def test_the_lease_is_taken_for_commands_only_and_a_refusal_is_answered(
     site: Rig, ros: Ros
 ) -> None:
-    with site.node(), connected(site) as other:
+    with site.node(), site.observed() as other:
         energise(ros)
         ros.spawn(BROADCASTER)
         # A broadcaster commands nothing.
@@ -183,7 +173,7 @@ def test_rule_53_a_switch_that_the_owner_does_not_carry_out_in_time_is_answered(
 ) -> None:
     with site.node():
         ros.spawn(BROADCASTER, active=False)
-        with connected(site):
+        with site.observed():
             pid = site.owner_pid
             os.kill(pid, signal.SIGSTOP)
             try:
@@ -213,7 +203,7 @@ def test_rule_58_nothing_is_activated_at_the_start(site: Rig, ros: Ros) -> None:
 def test_a_stop_of_another_client_leaves_controllers_inactive_until_the_next_switch(
     site: Rig, ros: Ros
 ) -> None:
-    with site.node(), connected(site) as other:
+    with site.node(), site.observed() as other:
         energise(ros)
         ros.spawn(VELOCITY)
         number = follow(ros, VELOCITY, goal(near(0.3, at=10.0)))
@@ -229,7 +219,7 @@ def test_a_stop_of_another_client_leaves_controllers_inactive_until_the_next_swi
 
 
 def test_a_node_that_is_killed_stops_the_arm_and_the_next_one_goes_on(site: Rig, ros: Ros) -> None:
-    with connected(site) as other:
+    with site.observed() as other:
         with site.node() as node:
             energise(ros)
             ros.spawn(BROADCASTER)
@@ -252,7 +242,7 @@ def test_a_node_that_is_killed_stops_the_arm_and_the_next_one_goes_on(site: Rig,
 def test_rule_65_ctrl_c_twice_ends_the_node_once_its_controllers_are_unloaded(
     site: Rig, ros: Ros
 ) -> None:
-    with connected(site) as other:
+    with site.observed() as other:
         with site.node() as node:
             energise(ros)
             ros.spawn(VELOCITY)

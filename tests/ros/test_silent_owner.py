@@ -10,14 +10,13 @@ from contextlib import contextmanager
 
 import pytest
 
-from bioscara.api.runtime import VARIABLE
 from bioscara.remote.lease_keeper import TIME_TO_LIVE
 from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros.controllers.inbox import PATIENCE
 from processes import wait_until
 from ros.bringup_controllers import BROADCASTER, VELOCITY, clear, energise, go_home
 from ros.rig import MANAGER, Rig, Ros
-from served import HALF, NAME
+from served import HALF
 
 pytestmark = pytest.mark.ros
 STREAM = "stream"
@@ -44,19 +43,10 @@ def stopped(rig: Rig) -> Iterator[None]:
 
 
 @contextmanager
-def observed(rig: Rig) -> Iterator[RemoteRobot]:
-    """Connect a client that only looks."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(VARIABLE, str(rig.folder))
-        with RemoteRobot(NAME) as robot:
-            yield robot
-
-
-@contextmanager
 def following(ros: Ros, rig: Rig) -> Iterator[RemoteRobot]:
     """Stream positions, and return a client that looks once the arm follows them."""
     begin_to_stream(ros)
-    with observed(rig) as robot:
+    with rig.observed() as robot:
         wait_until(lambda: position(robot) > HALF[0] + 0.05, "an arm that follows the stream")
         yield robot
 

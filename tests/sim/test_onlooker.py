@@ -6,14 +6,13 @@ import contextlib
 import select
 import socket
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from bioscara.bus import Transaction
 from bioscara.errors import BusUnavailableError
-from bioscara.sim import Onlooker, SimulatedArm, SocketBus, serve
+from bioscara.sim import Onlooker, SocketBus
 from bioscara.sim.framing import (
     ArmState,
     FrameKind,
@@ -23,39 +22,10 @@ from bioscara.sim.framing import (
 )
 from bioscara.sim.server import FRAME_TIMEOUT
 from bioscara.sim.simulated_arm import JOINTS
+from sim.served_arm import LIMIT, ManualClock, serving
 
-LIMIT = 20.0
 PING = Transaction(0x11, b"\x40", 6)
 POSITIONS = {"j1": -0.3, "j2": 0.12, "j3": 0.7, "j4": -1.1}
-
-
-class StillClock:
-    """Real time that passes only when a test says so."""
-
-    def __init__(self) -> None:
-        self.time = 0.0
-
-    def now(self) -> float:
-        return self.time
-
-    def sleep_until(self, deadline: float) -> None:
-        raise NotImplementedError
-
-
-@contextlib.contextmanager
-def serving(path: Path, clock: StillClock) -> Iterator[SimulatedArm]:
-    arm, ended, listening = SimulatedArm(positions=POSITIONS), threading.Event(), threading.Event()
-    thread = threading.Thread(
-        target=serve, args=(arm, path, ended.is_set, clock), kwargs={"listening": listening.set}
-    )
-    thread.start()
-    try:
-        assert listening.wait(LIMIT)
-        yield arm
-    finally:
-        ended.set()
-        thread.join(LIMIT)
-        assert not thread.is_alive()
 
 
 @pytest.fixture
@@ -63,7 +33,7 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "arm.sock"
 
 
-def look(onlooker: Onlooker, clock: StillClock) -> ArmState:
+def look(onlooker: Onlooker, clock: ManualClock) -> ArmState:
     """Look once; the answer is due after a short time, which is let pass."""
     answers: list[ArmState] = []
     thread = threading.Thread(target=lambda: answers.append(onlooker.look()))
@@ -75,8 +45,11 @@ def look(onlooker: Onlooker, clock: StillClock) -> ArmState:
 
 
 def test_the_state_is_the_true_one(path: Path) -> None:
-    clock = StillClock()
-    with serving(path, clock) as arm, contextlib.closing(Onlooker(path)) as onlooker:
+    clock = ManualClock()
+    with (
+        serving(path, clock, positions=POSITIONS) as arm,
+        contextlib.closing(Onlooker(path)) as onlooker,
+    ):
         for _ in range(3):
             state = look(onlooker, clock)
             expected = [arm.position(joint) for joint in JOINTS]
@@ -93,9 +66,10 @@ def test_a_state_survives_its_frame() -> None:
 
 
 def test_looking_neither_takes_the_host_s_place_nor_its_bus_nor_its_time(path: Path) -> None:
-    clock = StillClock()
-    with serving(path, clock) as arm, SocketBus(path) as host:
-        clock.time = 1.0
+    clock = ManualClock()
+    begin = clock.time
+    with serving(path, clock, positions=POSITIONS) as arm, SocketBus(path) as host:
+        clock.time += 1.0
         transferred: list[object] = []
 
         def use() -> None:
@@ -106,7 +80,7 @@ def test_looking_neither_takes_the_host_s_place_nor_its_bus_nor_its_time(path: P
             with contextlib.closing(Onlooker(path)) as onlooker:
                 state = look(onlooker, clock)
             # Simulated time follows real time, of which 20 ms are let pass for a look at most.
-            assert before <= state.time <= before + clock.time
+            assert before <= state.time <= before + clock.time - begin
             thread = threading.Thread(target=use)
             thread.start()
             while thread.is_alive():
@@ -117,8 +91,11 @@ def test_looking_neither_takes_the_host_s_place_nor_its_bus_nor_its_time(path: P
 
 
 def test_many_looks_are_answered_at_a_bounded_rate(path: Path) -> None:
-    clock = StillClock()
-    with serving(path, clock), socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as eager:
+    clock = ManualClock()
+    with (
+        serving(path, clock, positions=POSITIONS),
+        socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as eager,
+    ):
         eager.settimeout(0.3)
         eager.connect(str(path))
         eager.sendall(b"".join(encode_frame(FrameKind.LOOK, number) for number in range(50)))
@@ -130,8 +107,8 @@ def test_many_looks_are_answered_at_a_bounded_rate(path: Path) -> None:
 
 
 def test_a_program_that_stops_looking_is_disconnected(path: Path) -> None:
-    clock = StillClock()
-    with serving(path, clock), contextlib.closing(Onlooker(path)) as onlooker:
+    clock = ManualClock()
+    with serving(path, clock, positions=POSITIONS), contextlib.closing(Onlooker(path)) as onlooker:
         look(onlooker, clock)
         connection = onlooker._connection
         assert connection is not None
@@ -147,8 +124,11 @@ def test_a_program_that_stops_looking_is_disconnected(path: Path) -> None:
 
 @pytest.mark.parametrize("kind", [FrameKind.REQUEST, FrameKind.STATE])
 def test_after_a_look_other_frames_are_refused(path: Path, kind: FrameKind) -> None:
-    clock = StillClock()
-    with serving(path, clock), socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
+    clock = ManualClock()
+    with (
+        serving(path, clock, positions=POSITIONS),
+        socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection,
+    ):
         connection.settimeout(LIMIT)
         connection.connect(str(path))
         connection.sendall(encode_frame(FrameKind.LOOK, 0))

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 
@@ -26,57 +26,13 @@ from bioscara.errors import BusUnavailableError, InvalidArgumentError, NoAcknowl
 from bioscara.sim import SimulatedArm, SocketBus, framing, serve, server, socket_bus
 from bioscara.sim.framing import FrameKind, encode_frame, encode_hello, encode_request
 from bioscara.sim.socket_bus import ServedClock
+from sim.served_arm import LIMIT, HeldArm, ManualClock, serving
 
 PING, PONG = Transaction(0x11, b"\x0f", 2), b"O\x0c"
 FLAGS_ONLY, NO_PAYLOAD = Transaction(0x11, b"\x29\x00", 1), b"\x0c"
 TIME = bytes(16)
 """Times of 0, with which the body of a request and of a reply begins."""
-LIMIT = 10.0
-"""Time after which a condition that is waited for counts as never met [s]."""
 SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
-
-
-class ManualClock:
-    """Real time under the control of the test."""
-
-    def __init__(self) -> None:
-        self.time = 100.0
-
-    def now(self) -> float:
-        return self.time
-
-    def sleep_until(self, deadline: float) -> None:
-        self.time = max(self.time, deadline)
-
-
-class HeldArm(SimulatedArm):
-    """Lets the test act while a transfer is underway."""
-
-    during: Callable[[], None] = staticmethod(lambda: None)
-    transferred = 0
-
-    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | int]:
-        self.transferred += len(transactions)
-        self.during()
-        return super().transfer(transactions)
-
-
-@contextlib.contextmanager
-def serving(path: Path, clock: ManualClock | None = None) -> Iterator[HeldArm]:
-    """An arm behind ``path``, served by a thread."""
-    arm, ended, listening = HeldArm(), threading.Event(), threading.Event()
-    thread = threading.Thread(
-        target=serve, args=(arm, path, ended.is_set, clock), kwargs={"listening": listening.set}
-    )
-    thread.start()
-    try:
-        assert listening.wait(LIMIT)
-        yield arm
-    finally:
-        ended.set()
-        thread.join(LIMIT)
-        assert not thread.is_alive()
-        assert not path.exists()
 
 
 def until(condition: Callable[[], bool], what: str) -> None:
@@ -390,8 +346,7 @@ def test_refusals_take_nothing_from_the_host(path: Path) -> None:
 def test_a_host_that_was_killed_with_a_request_underway_is_no_obstacle(path: Path) -> None:
     for _ in range(20):
         with client(path) as first:
-            first.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello()))
-            assert first.recv(100) == encode_frame(FrameKind.WELCOME, 0)
+            greet(first)
             first.sendall(encode_frame(FrameKind.REQUEST, 1, encode_request([PING], 0.0)))
         with SocketBus(path) as second:
             assert second.transfer([FLAGS_ONLY]) == [NO_PAYLOAD]
@@ -409,8 +364,7 @@ def test_a_client_that_sends_a_byte_at_a_time_holds_nothing_up(path: Path, host:
     step = server.FRAME_TIMEOUT / 10.0
     with serving(path, clock) as arm, client(path) as slow:
         if host:
-            slow.sendall(HELLO)
-            assert slow.recv(100) == encode_frame(FrameKind.WELCOME, 0)
+            greet(slow)
         dribble, begin, wall = REQUEST if host else HELLO, arm.now(), clock.time
 
         # So long the arm's time waits for a host's next request.
@@ -450,8 +404,7 @@ def test_a_transfer_begins_when_it_was_sent_though_the_server_wakes_late(path: P
         offset = clock.time - arm.now()
         began: list[float] = []
         arm.during = lambda: began.append(arm.now() + offset)
-        host.sendall(HELLO)
-        host.recv(1000)
+        greet(host)
         for sequence in range(1, 21):
             sent = clock.time
             body = encode_request([PING], sent)
@@ -467,8 +420,7 @@ def test_a_transfer_begins_when_it_was_sent_though_the_server_wakes_late(path: P
 def test_the_arm_waits_for_a_starved_host_and_not_for_one_that_says_nothing(path: Path) -> None:
     clock = ManualClock()
     with serving(path, clock) as arm, client(path) as host:
-        host.sendall(HELLO)
-        host.recv(1000)
+        greet(host)
         last, total, offset = clock.time, 0.0, clock.time - arm.now()
         for sequence, (late, starved, granted) in enumerate(
             [(0.15, 0.1, 0.1), (0.15, 0.0, 0.0), (0.15, 1e9, 0.15), (0.15, -1.0, 0.0)], 1
@@ -483,6 +435,12 @@ def test_the_arm_waits_for_a_starved_host_and_not_for_one_that_says_nothing(path
         # For a host that is silent for longer, as one that is stopped, time goes on.
         clock.time = last + server._PATIENCE + 0.01
         until(lambda: arm.now() >= clock.time - offset - total - 0.01, "the arm goes on")
+
+
+def greet(connection: socket.socket) -> None:
+    """Become the host."""
+    connection.sendall(HELLO)
+    assert connection.recv(1000) == encode_frame(FrameKind.WELCOME, 0)
 
 
 def starve(connection: socket.socket, clock: ManualClock, sequence: int) -> float:
@@ -502,8 +460,7 @@ def test_the_next_host_does_not_wait_as_long_as_the_arm_waited_for_the_one_befor
     with serving(path, clock):
         for _ in range(2):
             with client(path) as host:
-                host.sendall(HELLO)
-                host.recv(1000)
+                greet(host)
                 waited = [starve(host, clock, sequence) for sequence in range(1, 11)]
                 assert waited == pytest.approx([0.1 * n for n in range(1, 11)], abs=0.02)
             until(lambda: free(path), "the host has left")
@@ -513,8 +470,7 @@ def test_the_first_wait_of_a_host_is_as_long_as_it_says(path: Path) -> None:
     clock = ManualClock()
     with serving(path, clock), SocketBus(path) as bus:
         with client(path) as host:
-            host.sendall(HELLO)
-            host.recv(1000)
+            greet(host)
             for sequence in range(1, 11):
                 starve(host, clock, sequence)
         until(lambda: free(path), "the host has left")

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 import httpx
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
+from websockets.sync.connection import Connection
 
 from bioscara import Robot
 from bioscara.robot.tasks.scope import Scope
@@ -94,7 +95,7 @@ class WebClientOfTest:
         welcome: The greeting of the owner.
     """
 
-    def __init__(self, socket: ClientConnection) -> None:
+    def __init__(self, socket: Connection) -> None:
         self.socket, self._numbers = socket, itertools.count(1)
         self.welcome: dict[str, Any] = {}
 

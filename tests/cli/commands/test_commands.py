@@ -22,6 +22,7 @@ from bioscara.model import load_parameters
 from bioscara.planning import read
 from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
+from cli.said import Said
 from served import HALF, NAME, arm_served
 
 DATA = Path(__file__).parents[2] / "data"
@@ -62,57 +63,17 @@ def tracking_errors(folder: Path) -> dict[str, float]:
     }
 
 
-def test_joints_lists_all_four(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["joints"]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    for name, joint in LIMITS.items():
-        assert f"{joint.address:#04x}" in line(out, name)
-        assert "protocol 2, firmware" in line(out, name)
-        assert "power on" in line(out, name)
-
-
-def test_version_1_joints_are_listed_with_unknown_values(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert main(["joints", "--v1"]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    assert "joints with their original firmware" in out
-    for name in LIMITS:
-        assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", line(out, name))
-        assert line(out, name).count("unknown") == 3
-
-
-def test_joints_waits_for_silent_joints_and_reports_it(
-    wire: Wire, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arms: list[SimulatedArm] = []
-
-    def without_j2(arm: SimulatedArm) -> Bus:
-        arms.append(arm)
-        arm.set_power("j2", on=False)
-        return FirmwareBus(arm)
-
-    wire(without_j2)
-    assert main(["joints", "--v1"]) == 1
-    assert arms[0].clock.now() > 1.0
-    told = capsys.readouterr()
-    assert "no device acknowledges at the address of j2; waiting 1 s" in told.err
-    assert "missing" in told.out
-
-
 @pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
 def test_a_missing_joint_is_named_and_the_others_are_listed(
-    words: list[str], wire: Wire, capsys: pytest.CaptureFixture[str]
+    words: list[str], wire: Wire, said: Said
 ) -> None:
     def without_j3(arm: SimulatedArm) -> Bus:
         arm.set_power("j3", False)
         return FirmwareBus(arm)
 
     wire(without_j3)
-    assert main(words) == 1
-    out, err = capsys.readouterr()
+    status, out, err = said(*words)
+    assert status == 1
     assert "missing" in line(out, "j3")
     assert out.count("missing") == 1
     waited, missing = err.splitlines()
@@ -122,7 +83,7 @@ def test_a_missing_joint_is_named_and_the_others_are_listed(
 
 
 def test_a_run_with_a_missing_joint_is_refused_before_anything_moves(
-    wire: Wire, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    wire: Wire, tmp_path: Path, said: Said
 ) -> None:
     arms: list[SimulatedArm] = []
 
@@ -132,19 +93,14 @@ def test_a_run_with_a_missing_joint_is_refused_before_anything_moves(
         return FirmwareBus(arm)
 
     wire(without_j3)
-    assert main(["run", PTP, "--out", str(tmp_path / "run")], paced=False) == 2
-    assert "j3" in capsys.readouterr().err
+    assert "j3" in said.refusal("run", PTP, "--out", str(tmp_path / "run"))
     assert not (tmp_path / "run").exists()
     assert not any(arms[0].has_torque(name) for name in LIMITS)
 
 
 @pytest.mark.parametrize("words", [[], ["--v1"]])
-def test_a_planned_trajectory_is_followed(
-    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["run", PTP, "--out", str(tmp_path), *words], paced=False) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+def test_a_planned_trajectory_is_followed(words: list[str], tmp_path: Path, said: Said) -> None:
+    out = said.output("run", PTP, "--out", str(tmp_path), *words)
     assert PTP in out
     version = "protocol 1" if words else "protocol 2"
     assert version in line((tmp_path / "report.txt").read_text(), "j1 +0x11")
@@ -164,15 +120,12 @@ def test_a_planned_trajectory_is_followed(
 
 
 def test_joints_that_a_trajectory_does_not_name_are_held_in_all_that_is_said_of_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, said: Said
 ) -> None:
     file, folder = tmp_path / "some.csv", tmp_path / "run"
     file.write_text("time,j3,j1\n0,1.0,0.1\n2,1.2,0.3\n")
-    assert main(["run", str(file), "--dry-run"], paced=False) == 0
-    dry = capsys.readouterr().out
-    assert main(["run", str(file), "--out", str(folder)], paced=False) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+    dry = said.output("run", str(file), "--dry-run")
+    out = said.output("run", str(file), "--out", str(folder))
     planned = read(folder / "trajectory.csv").trajectory
     assert planned.joint_names == tuple(LIMITS)
     assert planned.positions[-1, [0, 2]] == pytest.approx([0.3, 1.2])
@@ -188,15 +141,12 @@ def test_joints_that_a_trajectory_does_not_name_are_held_in_all_that_is_said_of_
     assert f"trajectory {planned.duration:.2f} s" in out
 
 
-def test_a_dry_run_of_a_served_arm_begins_where_that_is(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_dry_run_of_a_served_arm_begins_where_that_is(tmp_path: Path, said: Said) -> None:
     file, folder = tmp_path / "some.csv", tmp_path / "run"
     file.write_text("time,j1\n0,0.1\n0.5,0.3\n")
     with arm_served():
         words = ("run", str(file), "--arm", NAME)
-        assert main([*words, "--dry-run"], paced=False) == 0
-        dry = capsys.readouterr().out
+        dry = said.output(*words, "--dry-run")
         assert main([*words, "--out", str(folder)], paced=False) == 0
         planned = read(folder / "trajectory.csv").trajectory
     assert np.ptp(planned.positions[:, 1:], axis=0) == pytest.approx(0.0, abs=1e-9)
@@ -205,28 +155,9 @@ def test_a_dry_run_of_a_served_arm_begins_where_that_is(
     assert f"j2 at {HALF[1]:+.3f}" in dry
 
 
-def test_too_fast_is_refused_with_joint_time_value_and_limit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["run", TOO_FAST], paced=False) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert re.search(
-        r"j2 at \d\.\d+ s: velocity -?0\.\d+ m/s exceeds the limit of 0\.02 m/s; "
-        r"fit\(\), or bioscara run --fit, stretches it",
-        err,
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_fit_stretches_it_and_says_by_how_much(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_fit_stretches_it_and_says_by_how_much(tmp_path: Path, said: Said) -> None:
     command = ["run", TOO_FAST, "--fit", "--full-speed", "--out", str(tmp_path)]
-    assert main(command, paced=False) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+    out = said.output(*command)
     told = re.search(r"stretched in time by (\d+\.\d+) to fit the limits", out)
     assert told
     duration = read(Path(TOO_FAST)).trajectory.duration
@@ -285,7 +216,7 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
     phase: str,
     wire: Wire,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    said: Said,
 ) -> None:
     arms: list[SimulatedArm] = []
 
@@ -296,8 +227,8 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
         return CtrlC(faulty, register, count)
 
     wire(make)
-    assert main(["demo", "--out", str(tmp_path)], paced=False) == 130
-    out, err = capsys.readouterr()
+    status, out, err = said("demo --out", str(tmp_path))
+    assert status == 130
     assert len(err.splitlines()) == 1
     assert "interrupted" in err
     assert ("before the start of the trajectory" in err) == (phase == "approach")
@@ -322,28 +253,23 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
 
 @pytest.mark.parametrize("words", [[], ["--v1"]])
 def test_simulate_serves_from_its_message_until_a_signal(
-    words: list[str],
-    start: Callable[..., subprocess.Popen[str]],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    words: list[str], start: Callable[..., subprocess.Popen[str]], tmp_path: Path, said: Said
 ) -> None:
     path = tmp_path / "arm.sock"
     process = start("-m", "bioscara", "simulate", "--socket", str(path), *words, cold=True)
     assert process.stdout
     assert process.stdout.readline().endswith(f"--bus sim:{path}\n")
-    assert main(["joints", "--bus", f"sim:{path}"]) == 0
+    listed = said.output("joints --bus", f"sim:{path}")
     process.send_signal(signal.SIGINT)
     assert process.wait(20) == 0
     assert not path.exists()
     version = "protocol 1" if words else "protocol 2"
-    assert version in line(capsys.readouterr().out, "j4")
+    assert version in line(listed, "j4")
 
 
 def test_a_socket_that_cannot_be_created_is_refused_without_a_message(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, said: Said
 ) -> None:
     path = tmp_path / "nowhere" / "arm.sock"
-    assert main(["simulate", "--socket", str(path)]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+    err = said.refusal("simulate --socket", str(path))
     assert str(path) in err

@@ -15,10 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.cli import main
 from bioscara.planning import read
 from bioscara.report import Phase
+from cli.said import Said
 from processes import wait_for_line
+
+TOO_FAST = str(Path(__file__).parents[2] / "data/planned_time_optimal.yaml")
 
 
 def samples(folder: Path) -> list[dict[str, str]]:
@@ -44,12 +46,8 @@ def assert_complete(folder: Path, outcome: str) -> None:
     assert not list(folder.glob("partial-*"))
 
 
-def test_the_demo_homes_follows_and_reports(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["demo", "--out", str(tmp_path)], paced=False) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+def test_the_demo_homes_follows_and_reports(tmp_path: Path, said: Said) -> None:
+    out = said.output("demo --out", str(tmp_path))
     assert "arm: simulation, in this process" in out
     assert_complete(tmp_path, "completed")
     rows = samples(tmp_path)
@@ -65,10 +63,7 @@ def test_the_demo_homes_follows_and_reports(
     ("words", "marker"), [(("--realtime",), "homing j2"), ((), "  approach"), ((), "  trajectory")]
 )
 def test_ctrl_c_in_each_phase_stops_and_reports(
-    words: tuple[str, ...],
-    marker: str,
-    start: Callable[..., subprocess.Popen[str]],
-    tmp_path: Path,
+    words: tuple[str, ...], marker: str, start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
     demos = {
         number: start(
@@ -102,20 +97,16 @@ def test_ctrl_c_in_each_phase_stops_and_reports(
         (["demo", "--bus", "linux:99"], "99"),
         (["joints", "--bus", "linux:99"], "99"),
         (["joints", "--bus", "sim:/no/such.sock"], "/no/such.sock"),
+        (["run", TOO_FAST], "; fit(), or bioscara run --fit, stretches it"),
     ],
 )
 def test_a_refusal_is_one_line_before_anything_moves(
-    words: list[str],
-    complaint: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    words: list[str], complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(words, paced=False) == 2
-    out, err = capsys.readouterr()
+    status, out, err = said(*words)
+    assert (status, len(err.splitlines())) == (2, 1)
     assert complaint in err
-    assert len(err.splitlines()) == 1
     assert "homing" not in out
     assert list(tmp_path.iterdir()) == []
 
@@ -128,6 +119,7 @@ UNPACED = f"""\
 import sys
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from bioscara.cli import main
+from cli.said import Said
 from simulated import standing_near_the_stops
 with standing_near_the_stops():
     sys.exit(main(sys.argv[1:], paced=False))
@@ -176,10 +168,7 @@ def test_output_that_cannot_be_written_is_reported_at_the_end(tmp_path: Path) ->
     assert_complete(tmp_path, "completed")
 
 
-def test_a_folder_with_a_run_is_not_overwritten(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_with_a_run_is_not_overwritten(tmp_path: Path, said: Said) -> None:
     (tmp_path / "samples.csv").write_text("precious\n")
-    assert main(["demo", "--out", str(tmp_path)], paced=False) == 2
-    assert "holds a run already" in capsys.readouterr().err
+    assert "holds a run already" in said.failure("demo --out", str(tmp_path))
     assert (tmp_path / "samples.csv").read_text() == "precious\n"

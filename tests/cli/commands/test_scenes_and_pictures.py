@@ -17,6 +17,7 @@ from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.robot import kinematics_of
 from cli.commands.pictures import PARAMETERS, expected, size
+from cli.said import Said
 
 pytest.importorskip("matplotlib")
 
@@ -49,14 +50,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_pose_is_drawn_as_the_motion_to_it(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    capsys.readouterr()
-    assert main(["poses", "show", "plate"]) == 0
-    told = capsys.readouterr().out
-    assert main(["poses", "show", "plate", "--plot", "a.png"]) == 0
-    assert capsys.readouterr().out == told + "wrote a.png\n"
+def test_a_pose_is_drawn_as_the_motion_to_it(folder: Path, said: Said) -> None:
+    told = said.output("poses show plate")
+    assert said.output("poses show plate --plot a.png") == told + "wrote a.png\n"
     assert size(folder / "a.png") == (1900, 1300)
     assert (folder / "a.png").read_bytes() == expected(folder, START, PLATE, "pose plate")
     start, words = (-0.4, 0.25, 0.6, 0.1), ["--from", "-0.4", "0.25", "0.6", "0.1"]
@@ -111,13 +107,12 @@ def test_a_motion_among_zones_is_drawn_with_them(command: str, folder: Path) -> 
 )  # fmt: skip
 @pytest.mark.parametrize("command", ["plan --joints 0.3 0.1 0.8 -0.4", "poses show plate"])
 def test_a_motion_that_cannot_be_drawn_is_refused_and_leaves_no_file(
-    command: str, words: str, complaint: str, folder: Path, capsys: pytest.CaptureFixture[str]
+    command: str, words: str, complaint: str, folder: Path, said: Said
 ) -> None:
     before = sorted(folder.iterdir())
-    capsys.readouterr()
     plot = [] if "--plot" in words else ["--plot", "a.png"]
-    assert main([*command.split(), *words.split(), *plot]) == 2
-    out, err = capsys.readouterr()
+    status, out, err = said(command, *words.split(), *plot)
+    assert status == 2
     assert re.search(complaint, err.strip())
     assert len(err.splitlines()) == 1
     if command.startswith("poses"):
@@ -125,40 +120,28 @@ def test_a_motion_that_cannot_be_drawn_is_refused_and_leaves_no_file(
     assert sorted(folder.iterdir()) == before
 
 
-def test_an_unreachable_pose_is_shown_but_not_drawn(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unreachable_pose_is_shown_but_not_drawn(folder: Path, said: Said) -> None:
     table = folder / "poses.yaml"
     table.write_text(table.read_text().replace("x: 0.45", "x: 0.95"))
-    assert main(["poses", "show", "beside"]) == 0
-    assert re.search(r"reachable +no: .*beyond the reach", capsys.readouterr().out)
-    assert main(["poses", "show", "beside", "--plot", "a.png"]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+    assert re.search(r"reachable +no: .*beyond the reach", said.output("poses show beside"))
+    err = said.refusal("poses show beside --plot a.png")
     assert "beyond the reach of 0.6145 m" in err
     assert not (folder / "a.png").exists()
 
 
 @pytest.mark.parametrize("command", ["plan --name plate", "move --name plate", "poses show plate"])
 def test_without_matplotlib_every_command_says_what_to_install(
-    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    command: str, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
-    capsys.readouterr()
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert main([*command.split(), "--plot", "a.png"]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+    err = said.refusal(command, "--plot", "a.png")
     assert "pip install 'bioscara[plot]'" in err
 
 
-def test_an_arm_is_not_moved_into_a_zone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert main(["move", "--name", "plate", "--scene", "goal.yaml"], paced=False) == 2
-    out, err = capsys.readouterr()
+def test_an_arm_is_not_moved_into_a_zone(folder: Path, said: Said) -> None:
+    err = said.refusal("move --name plate --scene goal.yaml")  # neither greeted nor homed
     assert re.search(r"comes too near to post at the target; .* is missed by [\d.]+ mm", err)
-    assert out == ""  # neither greeted nor homed
-    assert main(["move", "--name", "plate", "--scene", "wrong.yaml"], paced=False) == 2
-    assert "homing" not in capsys.readouterr().out
+    assert "homing" not in said("move --name plate --scene wrong.yaml").out
 
 
 def write_motion(path: Path, names: list[str], start: Joints, goal: Joints) -> None:
@@ -167,30 +150,23 @@ def write_motion(path: Path, names: list[str], start: Joints, goal: Joints) -> N
     write_csv(path, point_to_point(names, here, there, limits))
 
 
-def test_a_trajectory_is_kept_clear_of_the_scene(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_trajectory_is_kept_clear_of_the_scene(folder: Path, said: Said) -> None:
     names = [limit.name for limit in PARAMETERS.joints]
     write_motion(folder / "m.csv", names, Joints(*START), Joints(*PLATE))
-    capsys.readouterr()
-    assert main(["run", "m.csv", "--scene", "way.yaml", "--out", "a"], paced=False) == 2
-    out, err = capsys.readouterr()
+    status, out, err = said("run m.csv --scene way.yaml --out a")
+    assert status == 2
     assert out == ""  # neither greeted nor homed
     assert re.search(r"comes too near to post from .* mm inside", err)
     assert not (folder / "a").exists()
     assert main(["run", "m.csv", "--scene", str(EXAMPLE), "--out", "b"], paced=False) == 0
 
 
-def test_the_ramp_to_a_trajectory_is_kept_clear_too(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_ramp_to_a_trajectory_is_kept_clear_too(folder: Path, said: Said) -> None:
     """The trajectory is free, the post stands between it and the arm's position after homing."""
     names = [limit.name for limit in PARAMETERS.joints]
     write_motion(folder / "m.csv", names, Joints(*CENTER), Joints(*CENTER)._replace(j1=0.3))
     (folder / "between.yaml").write_text(SCENE % (0.28, -0.35))
-    capsys.readouterr()
-    assert main(["run", "m.csv", "--scene", "between.yaml", "--out", "a"], paced=False) == 1
-    err = capsys.readouterr().err
+    err = said.failure("run m.csv --scene between.yaml --out a", status=1)
     assert re.search(r"comes too near to post from .* mm inside", err)
     trajectory = read(folder / "a" / "trajectory.csv").trajectory
     assert np.allclose(trajectory.positions[0], CENTER)
@@ -198,12 +174,12 @@ def test_the_ramp_to_a_trajectory_is_kept_clear_too(
 
 
 def test_a_trajectory_of_some_joints_is_checked_with_the_others_measured(
-    folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, said: Said
 ) -> None:
     home = Joints(-2.9, 0.3, 2.4, 2.7)
     write_motion(folder / "m.csv", ["j1"], home, home._replace(j1=0.0))
     (folder / "around.yaml").write_text(SCENE % (0.08, -0.29))
-    capsys.readouterr()
     assert main(["run", "m.csv", "--out", "a"], paced=False) == 0
-    assert main(["run", "m.csv", "--scene", "around.yaml", "--out", "b"], paced=False) == 1
-    assert "comes too near to post" in capsys.readouterr().err
+    assert "comes too near to post" in said.failure(
+        "run m.csv --scene around.yaml --out b", status=1
+    )

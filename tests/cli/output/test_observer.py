@@ -9,6 +9,7 @@ import resource
 import signal
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,11 +26,11 @@ from bioscara.report.sample_file import SampleWriter
 JOINTS = (("j1", "rad"), ("j2", "m"))
 
 
-def joint(**changes: object) -> JointRecord:
+def joint(**changes: Any) -> JointRecord:
     return JointRecord(0.5, 0.1, 0.0, 0.1234, 0.01, 0, SampleQuality.GOOD, 7.0)._replace(**changes)
 
 
-def cycle(index: int = 0, **changes: object) -> CycleRecord:
+def cycle(index: int = 0, **changes: Any) -> CycleRecord:
     return CycleRecord(
         Phase.TRAJECTORY, index * 0.01, index * 0.01, 0.004, 0, 0.0, (joint(**changes), joint())
     )

@@ -8,6 +8,7 @@ import logging
 import math
 import os
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,6 +47,14 @@ def pwm(kernel: Kernel) -> Pwm:
 
 def gripper(kernel: Kernel, file: Path) -> Gripper:
     return Gripper(pwm(kernel), PARAMETERS, file)
+
+
+@pytest.fixture
+def hand(kernel: Kernel, channel: Path, file: Path) -> Gripper:
+    """An enabled gripper."""
+    made = gripper(kernel, file)
+    made.enable()
+    return made
 
 
 def pulse_us(width: float) -> float:
@@ -109,7 +118,9 @@ def test_a_running_channel_is_taken_over_without_a_missing_pulse(
         ),
     ],
 )
-def test_a_missing_output_names_path_and_remedy(kernel: Kernel, prepare, complaint: str) -> None:
+def test_a_missing_output_names_path_and_remedy(
+    kernel: Kernel, prepare: Callable[[Kernel], object], complaint: str
+) -> None:
     prepare(kernel)
     with pytest.raises(GripperError, match=complaint) as caught:
         pwm(kernel).start(0.02, 0.0015)
@@ -185,10 +196,8 @@ def test_set_pulse_needs_a_started_output(kernel: Kernel) -> None:
 
 @pytest.mark.parametrize("width", [0.04, 0.058, 0.08, 0.1, 0.112, 0.12, 0.0, -1.0, 0.5])
 def test_widths_become_the_pulses_of_the_original(
-    kernel: Kernel, channel: Path, file: Path, width: float
+    hand: Gripper, kernel: Kernel, channel: Path, width: float
 ) -> None:
-    hand = gripper(kernel, file)
-    hand.enable()
     commanded = hand.set_width(width)
     expected = pulse_us(width)
     assert kernel.value(channel, "duty_cycle") == pytest.approx(expected * 1000, abs=1)
@@ -198,11 +207,7 @@ def test_widths_become_the_pulses_of_the_original(
 
 
 @pytest.mark.parametrize("width", [math.nan, math.inf, -math.inf])
-def test_a_width_that_is_not_finite_is_refused(
-    kernel: Kernel, channel: Path, file: Path, width: float
-) -> None:
-    hand = gripper(kernel, file)
-    hand.enable()
+def test_a_width_that_is_not_finite_is_refused(hand: Gripper, kernel: Kernel, width: float) -> None:
     before = list(kernel.writes)
     with pytest.raises(InvalidArgumentError, match="not a finite number"):
         hand.set_width(width)
@@ -249,9 +254,7 @@ def test_a_host_that_dies_leaves_the_width(kernel: Kernel, channel: Path, file: 
     assert [name for name, _ in kernel.writes] == ["duty_cycle"]
 
 
-def test_the_same_width_is_not_written_again(kernel: Kernel, channel: Path, file: Path) -> None:
-    hand = gripper(kernel, file)
-    hand.enable()
+def test_the_same_width_is_not_written_again(hand: Gripper, kernel: Kernel, file: Path) -> None:
     hand.set_width(0.1)
     kernel.writes.clear()
     stamp = file.stat().st_mtime_ns
@@ -301,10 +304,8 @@ def test_a_state_file_that_cannot_be_written(kernel: Kernel, channel: Path, tmp_
 
 @pytest.mark.parametrize("width", [30.0, 40, 85.0, 1.0])
 def test_a_width_in_millimetres_is_refused_and_nothing_moves(
-    kernel: Kernel, channel: Path, file: Path, width: float
+    hand: Gripper, kernel: Kernel, channel: Path, width: float
 ) -> None:
-    hand = gripper(kernel, file)
-    hand.enable()
     hand.set_width(0.05)
     before = kernel.value(channel, "duty_cycle")
     with pytest.raises(LimitError, match=f"in metres: {width:g} mm are {width / 1e3:g}"):
@@ -314,9 +315,7 @@ def test_a_width_in_millimetres_is_refused_and_nothing_moves(
     assert hand.set_width(0.12) == PARAMETERS.upper  # The largest width of the original driver.
 
 
-def test_calibration_angles_are_bounded(kernel: Kernel, channel: Path, file: Path) -> None:
-    hand = gripper(kernel, file)
-    hand.enable()
+def test_calibration_angles_are_bounded(hand: Gripper, kernel: Kernel, channel: Path) -> None:
     assert hand.set_servo_angle(500.0) == pytest.approx(180.0)
     assert kernel.value(channel, "duty_cycle") == 2_500_000
     assert hand.set_servo_angle(-45.0) == pytest.approx(-45.0)
@@ -335,13 +334,15 @@ def test_calibration_finds_the_line_it_was_measured_on(
     assert found.lower == max(PARAMETERS.lower, smallest)
     assert found.upper == min(PARAMETERS.upper, largest)
     assert found.lower <= found.initial <= found.upper
-    limits = {"lower": 0.04, "upper": 0.112, "initial": 0.08}
-    assert replace(found, deg_per_m=3333.3, zero_width=0.058, **limits) == PARAMETERS
+    again = replace(
+        found, deg_per_m=3333.3, zero_width=0.058, lower=0.04, upper=0.112, initial=0.08
+    )
+    assert again == PARAMETERS
 
 
-def test_the_gripper_reaches_both_of_its_limits(kernel: Kernel, channel: Path, file: Path) -> None:
-    hand = gripper(kernel, file)
-    hand.enable()
+def test_the_gripper_reaches_both_of_its_limits(
+    hand: Gripper, kernel: Kernel, channel: Path
+) -> None:
     for width in (PARAMETERS.lower, PARAMETERS.upper):
         assert hand.set_width(width) == pytest.approx(width, abs=1e-12)
         sent = kernel.value(channel, "duty_cycle") * 1e-9
@@ -349,13 +350,12 @@ def test_the_gripper_reaches_both_of_its_limits(kernel: Kernel, channel: Path, f
 
 
 def test_a_pulse_beyond_the_limits_is_ended_at_them(
-    kernel: Kernel, channel: Path, file: Path
+    hand: Gripper, kernel: Kernel, channel: Path, file: Path
 ) -> None:
-    gripper(kernel, file).enable()
     (channel / "duty_cycle").write_text("2648000")
-    hand = gripper(kernel, file)
-    hand.enable()
-    assert hand.state.width == PARAMETERS.upper
+    again = gripper(kernel, file)
+    again.enable()
+    assert again.state.width == PARAMETERS.upper
     assert kernel.value(channel, "duty_cycle") == pytest.approx(2_500_000, abs=100)
 
 

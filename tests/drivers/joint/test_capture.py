@@ -16,7 +16,7 @@ from bioscara.drivers import Capture, ExceptionReport, Joint
 from bioscara.errors import CorruptFrameError, IncorrectStateError, NotSupportedError
 from bioscara.protocol import Answer, Capability, Register
 from bioscara.protocol.registers import BLOCK_SAMPLES, CAPTURE_SAMPLES
-from simulated import World
+from simulated import World, greeted, ready
 
 MICROSTEP = math.tau / 51200.0
 PERIOD = 1024
@@ -48,8 +48,7 @@ def capture_a_move(world: World, joint: Joint) -> tuple[Capture, NDArray[np.floa
 
 
 def test_a_captured_move_is_the_true_load_angle_within_the_encoders_noise() -> None:
-    world = World(frequency=None)
-    (joint,) = world.ready("j3")
+    world, joint = ready("j3", frequency=None)
     captured, phases = capture_a_move(world, joint)
     assert captured.period == 1e-3
     assert captured.errors.shape == (CAPTURE_SAMPLES,)
@@ -82,8 +81,7 @@ def test_a_captured_move_is_the_true_load_angle_within_the_encoders_noise() -> N
     ids=["one bit back", "three bits back", "a bit out", "lost out", "lost back", "twice", "noise"],
 )
 def test_a_disturbed_bus_changes_no_block(disturb: Callable[[FaultyBus], Any]) -> None:
-    world = World(frequency=None)
-    (joint,) = world.ready("j3")
+    world, joint = ready("j3", frequency=None)
     captured, _ = capture_a_move(world, joint)
     world.tap.calls.clear()
     disturb(world.bus)
@@ -95,8 +93,7 @@ def test_a_disturbed_bus_changes_no_block(disturb: Callable[[FaultyBus], Any]) -
 
 
 def test_a_block_that_never_arrives_whole_is_an_error() -> None:
-    world = World(frequency=None)
-    (joint,) = world.ready("j3")
+    world, joint = ready("j3", frequency=None)
     joint.start_capture()
     world.bus.flip(Direction.BACK, BLOCK)
     with pytest.raises(CorruptFrameError, match=r"j3 \(0x13\), CAPTUREBLOCK"):
@@ -104,8 +101,7 @@ def test_a_block_that_never_arrives_whole_is_an_error() -> None:
 
 
 def test_a_capture_is_waited_for_and_replaced_by_the_next_one() -> None:
-    world = World()
-    (joint,) = world.ready("j4")
+    world, joint = ready("j4")
     begun = world.arm.now()
     joint.start_capture()
     first = joint.read_capture()
@@ -118,9 +114,7 @@ def test_a_capture_is_waited_for_and_replaced_by_the_next_one() -> None:
 
 
 def test_a_capture_that_was_not_begun_is_refused() -> None:
-    world = World()
-    joint = world.joints[3]
-    joint.init()
+    _, joint = greeted("j4")
     with pytest.raises(IncorrectStateError, match=r"j4: 256 of 256 .*start_capture\(\) first"):
         joint.read_capture()
 
@@ -133,9 +127,7 @@ def test_a_simulated_joint_has_neither_an_image_nor_an_exception() -> None:
 
 @pytest.mark.parametrize("v1", [False, True])
 def test_firmware_without_diagnosis_is_named(v1: bool) -> None:
-    world = World(v1=v1)
-    joint = world.joints[3]
-    joint.init()
+    _, joint = greeted("j4", v1=v1)
     if joint.hello is not None:
         less = joint.hello.capabilities & ~Capability.DIAGNOSIS
         joint.session.hello = replace(joint.hello, capabilities=less)

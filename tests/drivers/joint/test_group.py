@@ -19,7 +19,7 @@ from bioscara.errors import (
     NotInitializedError,
 )
 from bioscara.protocol import JointState, Register
-from simulated import World
+from simulated import World, greeted, ready
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.02
@@ -35,10 +35,15 @@ def here(joints: list[Joint]) -> list[Setpoint]:
     ]
 
 
-def test_a_cycle_is_one_call_with_one_exchange_per_joint() -> None:
-    world = World()
+def standing(**made: bool) -> tuple[World, list[Joint], list[Setpoint]]:
+    """Return all joints, ready, with setpoints at which they stay."""
+    world = World(**made)
     joints = world.ready()
-    setpoints = here(joints)
+    return world, joints, here(joints)
+
+
+def test_a_cycle_is_one_call_with_one_exchange_per_joint() -> None:
+    world, joints, setpoints = standing()
     world.tap.calls.clear()
     samples = track(joints, setpoints)
     assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.TRACKLOAD] * 4]
@@ -50,9 +55,7 @@ def test_a_cycle_is_one_call_with_one_exchange_per_joint() -> None:
 
 
 def test_a_version_1_cycle_is_one_call_too() -> None:
-    world = World(v1=True)
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing(v1=True)
     world.tap.calls.clear()
     samples = track(joints, setpoints)
     expected = [Register.MOVETOANGLE, Register.ANGLEMOVED] * 4
@@ -88,9 +91,7 @@ def test_a_ramp_is_followed(v1: bool) -> None:
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 4.0])
 def test_one_bad_setpoint_prevents_all_frames(bad: float) -> None:
-    world = World()
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing()
     world.tap.calls.clear()
     for index in range(4):
         wrong = list(setpoints)
@@ -108,9 +109,7 @@ def test_one_bad_setpoint_prevents_all_frames(bad: float) -> None:
 
 @BOTH
 def test_a_joint_that_cannot_move_does_not_block_the_others(v1: bool) -> None:
-    world = World(v1=v1)
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing(v1=v1)
     joints[1].disable()
     world.tap.calls.clear()
     outcomes = track(joints, setpoints)
@@ -123,9 +122,7 @@ def test_a_joint_that_cannot_move_does_not_block_the_others(v1: bool) -> None:
 
 @BOTH
 def test_one_bad_cycle_gives_the_last_sample(v1: bool) -> None:
-    world = World(v1=v1)
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing(v1=v1)
     before = track(joints, setpoints)
     world.bus.off(When(address=0x13, count=1))
     outcomes = track(joints, setpoints)
@@ -143,9 +140,7 @@ def test_one_bad_cycle_gives_the_last_sample(v1: bool) -> None:
 @BOTH
 @pytest.mark.parametrize("direction", list(Direction))
 def test_a_retry_recovers_the_cycle(v1: bool, direction: Direction) -> None:
-    world = World(v1=v1)
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing(v1=v1)
     world.bus.lose(direction, When(address=0x13, count=1))
     world.tap.calls.clear()
     outcomes = track(joints, setpoints, retry=True)
@@ -160,9 +155,7 @@ def test_a_retry_recovers_the_cycle(v1: bool, direction: Direction) -> None:
 
 @BOTH
 def test_the_third_bad_cycle_in_a_row_is_a_lost_joint(v1: bool) -> None:
-    world = World(v1=v1)
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing(v1=v1)
     track(joints, setpoints)
     if v1:
         # A joint that does not acknowledge is lost at once: tests/drivers/link/test_original.py.
@@ -186,9 +179,7 @@ def test_the_third_bad_cycle_in_a_row_is_a_lost_joint(v1: bool) -> None:
 
 
 def test_broken_frames_are_dropped_and_counted() -> None:
-    world = World()
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing()
     track(joints, setpoints)
     world.bus.flip(Direction.OUT, When(address=0x11, count=1), bit=20)
     outcome = track(joints, setpoints)[0]
@@ -203,9 +194,7 @@ def test_broken_frames_are_dropped_and_counted() -> None:
 
 
 def test_a_noisy_bus_moves_nothing_and_loses_little() -> None:
-    world = World()
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing()
     track(joints, setpoints)
     world.arm.run(0.04)
     before = [world.arm.position(joint.name) for joint in joints]
@@ -231,9 +220,7 @@ def test_a_noisy_bus_moves_nothing_and_loses_little() -> None:
 
 
 def test_a_restart_in_a_cycle_is_reported() -> None:
-    world = World()
-    joints = world.ready()
-    setpoints = here(joints)
+    world, joints, setpoints = standing()
     track(joints, setpoints)
     world.arm.reset("j3")
     world.arm.run(0.05)
@@ -256,9 +243,7 @@ def test_a_fault_in_a_cycle_is_reported() -> None:
 
 
 def test_a_bad_cycle_without_an_earlier_sample_is_its_error() -> None:
-    world = World()
-    joint = world.joints[0]
-    joint.init()
+    world, joint = greeted("j1")
     world.bus.off()
     assert not isinstance(read_states([joint])[0], JointSample)
 
@@ -341,8 +326,7 @@ def test_a_joint_too_near_its_limit_is_stopped_and_the_others_are_driven(v1: boo
 
 
 def test_an_old_sample_leaves_less_stopping_distance() -> None:
-    world = World()
-    (joint,) = world.ready("j3")
+    _, joint = ready("j3")
     read_states([joint])
     here = joint.get_position()
     speed = 1.0
@@ -358,8 +342,7 @@ def test_an_old_sample_leaves_less_stopping_distance() -> None:
 
 
 def test_setpoints_of_a_joint_found_outside_only_lead_back() -> None:
-    world = World()
-    (joint,) = world.ready("j3")
+    _, joint = ready("j3")
     lower = joint.parameters.lower
     joint.limits.start_from(lower - 0.2)
     with pytest.raises(LimitError):

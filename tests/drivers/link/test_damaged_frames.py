@@ -10,10 +10,9 @@ from bioscara.errors import (
     CorruptFrameError,
     JointResetError,
     RefusedError,
-    WrongJointError,
 )
 from bioscara.protocol import JointState, Register
-from simulated import ARM, World
+from simulated import ARM, World, greeted, ready
 
 ADDRESS = 0x11
 ANGLE = When(address=ADDRESS, first=Register.ANGLEMOVED, count=1)
@@ -39,8 +38,7 @@ def ready_away_from_home(world: World) -> Joint:
 
 @pytest.mark.parametrize("cycles", [119, 126, 127, 128, 129, 200, 255, 256, 300])
 def test_stop_and_disable_reach_a_joint_that_missed_many_frames(cycles: int) -> None:
-    world = World(frequency=None)
-    (joint,) = world.ready("j1")
+    world, joint = ready("j1", frequency=None)
     setpoint = still(joint)
     away = world.bus.off(When(address=ADDRESS))
     for _ in range(cycles):
@@ -56,8 +54,7 @@ def test_stop_and_disable_reach_a_joint_that_missed_many_frames(cycles: int) -> 
 
 @pytest.mark.parametrize("cycles", [119, 128, 200, 300])
 def test_cycles_continue_with_a_joint_that_missed_many_frames(cycles: int) -> None:
-    world = World(frequency=None)
-    (joint,) = world.ready("j1")
+    world, joint = ready("j1", frequency=None)
     away = world.bus.off(When(address=ADDRESS))
     for _ in range(cycles):
         read_states([joint])
@@ -70,8 +67,7 @@ def test_cycles_continue_with_a_joint_that_missed_many_frames(cycles: int) -> No
 
 @pytest.mark.parametrize("cycles", [125, 200])
 def test_a_joint_that_restarted_while_it_missed_many_frames_is_not_armed_again(cycles: int) -> None:
-    world = World(frequency=None)
-    (joint,) = world.ready("j1")
+    world, joint = ready("j1", frequency=None)
     away = world.bus.off(When(address=ADDRESS))
     for _ in range(cycles):
         read_states([joint])
@@ -88,9 +84,7 @@ def test_a_joint_that_restarted_while_it_missed_many_frames_is_not_armed_again(c
 
 @pytest.mark.parametrize("away", range(115, 128))
 def test_a_relative_move_keeps_its_sequence_number_in_repetitions(away: int) -> None:
-    world = World(frequency=None)
-    joint = world.joints[0]
-    joint.init()
+    world, joint = greeted("j1", frequency=None)
     joint.enable()
     absent = world.bus.off(When(address=ADDRESS))
     for _ in range(away):
@@ -105,9 +99,7 @@ def test_a_relative_move_keeps_its_sequence_number_in_repetitions(away: int) -> 
 
 
 def test_a_corrupted_repetition_keeps_its_sequence_number() -> None:
-    world = World(frequency=None)
-    joint = world.joints[0]
-    joint.init()
+    world, joint = greeted("j1", frequency=None)
     joint.enable()
     world.bus.lose(Direction.BACK, When(first=Register.MOVESTEPS, count=1))
     # In the steps: 7 bits of address and 8 of the register go before them.
@@ -121,9 +113,7 @@ def test_a_corrupted_repetition_keeps_its_sequence_number() -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_homing_whose_answer_was_lost_is_not_started_again(seed: int) -> None:
-    world = World(frequency=None)
-    joint = world.joints[3]
-    joint.init()
+    world, joint = greeted("j4", frequency=None)
     corrupted = FaultyBus(world.tap, seed)
     joint = Joint(corrupted, world.arm.clock, joint.parameters)
     joint.init()
@@ -150,32 +140,10 @@ def test_a_corrupted_frame_costs_one_more_exchange() -> None:
 
 
 def test_a_frame_that_is_refused_twice_raises_the_reason() -> None:
-    world = World()
-    (joint,) = world.ready("j1")
+    _, joint = ready("j1")
     [outcome] = track([joint], [Setpoint(0.0)], retry=True)
     assert isinstance(outcome, RefusedError)
     assert outcome.reason == "OUT_OF_RANGE"
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_a_version_2_joint_with_corrupted_answers_is_not_taken_for_version_1(seed: int) -> None:
-    world = World()
-    bus = FaultyBus(world.tap, seed)
-    bus.flip(Direction.BACK, When(first=Register.HELLO), bits=1 + seed % 4)
-    joint = Joint(bus, world.arm.clock, ARM.joints[0])
-    with pytest.raises(CorruptFrameError, match="neither version's"):
-        joint.init()
-    assert joint.version == 0
-    sent = {t.write[0] for call in world.tap.calls for t in call}
-    assert sent <= {Register.HELLO, Register.PING}
-
-
-@pytest.mark.parametrize("address", [0x11, 0x12])
-def test_swapped_joints_are_reported(address: int) -> None:
-    world = World()
-    world.bus.swap(0x11, 0x12)
-    with pytest.raises(WrongJointError, match=f"is the joint of {0x23 - address:#04x}"):
-        world.joints[address - 0x11].init()
 
 
 @pytest.mark.parametrize("bit", [EXPONENT_BIT, STALL_BIT])
@@ -210,8 +178,7 @@ def test_an_implausible_version_1_answer_is_requested_again() -> None:
 
 @pytest.mark.parametrize("bit", range(32))
 def test_a_corrupted_homing_offset_is_not_used(bit: int) -> None:
-    world = World(v1=True)
-    (joint,) = world.ready("j1")
+    world, joint = ready("j1", v1=True)
     position = joint.get_position()
     world.bus.flip(Direction.BACK, When(first=Register.HOMEOFFSET, count=1), bit=bit)
     another = world.joint(ARM.joints[0])

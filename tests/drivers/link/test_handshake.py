@@ -25,7 +25,7 @@ from bioscara.errors import (
 )
 from bioscara.protocol import MAGIC, READ, TRAILER, Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
-from simulated import ARM, NEAR, Tap, World, clock_is_held
+from simulated import ARM, NEAR, Tap, World, clock_is_held, ready
 
 SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
 ADDRESSES = tuple(joint.address for joint in ARM.joints)
@@ -54,7 +54,7 @@ def disturb(bus: FaultyBus, chance: random.Random) -> None:
         lambda: bus.repeat(chance.randint(1, 3), when),
         lambda: bus.replay(chance.randint(1, 20), when),
         lambda: bus.delay(chance.randint(1, 5), when),
-        lambda: bus.swap(*chance.sample(ADDRESSES, 2), when),  # type: ignore[call-arg]  # two of them
+        lambda: bus.swap(*chance.sample(ADDRESSES, 2), when),  # type: ignore[arg-type, call-arg]
     )
     chance.choice(faults)()
 
@@ -241,8 +241,7 @@ def test_swapped_joints_are_found_by_the_address_they_answer_to(address: int) ->
 
 @pytest.mark.parametrize("recognised", [True, False])
 def test_a_bus_that_failed_is_forgotten_with_its_last_user(recognised: bool) -> None:
-    world = World(frequency=None)
-    (joint,) = world.ready("j1")
+    world, joint = ready("j1", frequency=None)
     world.bus.stuck(recognised=recognised)
     with pytest.raises(BusStuckError if recognised else BusTimeoutError):
         joint.get_position()

@@ -36,7 +36,7 @@ from bioscara.errors import (
 )
 from bioscara.protocol import READ, REGISTERS, WRITE, Flags, Register
 from bioscara.protocol.codec import field_bounds
-from simulated import ARM, NEAR, Tap, World
+from simulated import ARM, NEAR, Tap, World, greeted
 
 R = Register
 ANSWERED = {
@@ -151,7 +151,7 @@ def test_no_register_is_read_beyond_what_the_original_answers() -> None:
 
 def test_a_single_byte_that_looks_like_the_magic_does_not_have_more_read() -> None:
     world = World(v1=True)
-    corrupted = []
+    corrupted: list[bool] = []
 
     def transfer(transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
         results = carried(transactions)
@@ -426,17 +426,26 @@ def test_a_check_that_does_not_end_is_halted_after_5_s_with_the_remedy() -> None
 # 3. SETMAXVELOCITY in position mode only.
 
 
+def _deadman(joint: Joint, world: World) -> None:
+    joint.set_velocity(-0.1)
+    joint.set_position(2.9)
+    world.arm.run(0.2)
+
+
+def _homing(joint: Joint, _: World) -> None:
+    joint.start_homing()
+    joint.stop()
+
+
 BEFORE: dict[str, Callable[[Joint, World], object]] = {
     "stop": lambda joint, _: joint.stop(),
     "velocity": lambda joint, _: joint.set_velocity(-0.1),
     "zero": lambda joint, _: joint.set_velocity(0.0),
-    "homing": lambda joint, _: (joint.start_homing(), joint.stop()),
+    "homing": _homing,
     "disabled": lambda joint, _: joint.disable(),
     "greeted": lambda joint, _: joint.init(),
-    "silence": lambda joint, world: (
-        joint.set_velocity(-0.1), joint.set_position(2.9), world.arm.run(0.2)
-    ),
-}  # fmt: skip
+    "silence": _deadman,
+}
 """Transitions into velocity mode; the last is the deadman's, after a move to a position."""
 
 
@@ -824,9 +833,7 @@ def test_a_joint_that_does_not_acknowledge_is_lost_at_once_and_not_polled() -> N
 
 
 def test_one_missing_acknowledge_gives_the_last_sample() -> None:
-    world = World(v1=True)
-    joint = world.joints[3]
-    joint.init()
+    world, joint = greeted("j4", v1=True)
     read_states([joint])
     world.bus.off(When(address=0x14, count=1))
     [sample] = read_states([joint])

@@ -8,13 +8,11 @@ from bioscara.bus import Transaction
 from bioscara.errors import NotSupportedError
 from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
-from simulated import ARM, NEAR, World, home_error
+from simulated import ARM, NEAR, greeted, home_error, ready
 
 
 def test_it_is_identified_as_version_1() -> None:
-    world = World(v1_frames=True)
-    joint = world.joints[0]
-    joint.init()
+    _, joint = greeted("j1", v1_frames=True)
     assert (joint.version, joint.hello) == (1, None)
     assert joint.get_flags() == Flags.NOTHOMED | Flags.NOTENABLED
     with pytest.raises(NotSupportedError, match="joint firmware"):
@@ -33,8 +31,7 @@ def test_reading_more_than_it_answers_holds_no_clock() -> None:
 
 @pytest.mark.parametrize("name", NEAR)
 def test_it_homes_as_precisely_as_with_version_2(name: str) -> None:
-    world = World(v1_frames=True)
-    (joint,) = world.ready(name)
+    world, joint = ready(name, v1_frames=True)
     assert joint.is_homed()
     home = next(row.home_position for row in ARM.joints if row.name == name)
     assert joint.feedback.read_offset() == pytest.approx(home, rel=1e-6)
@@ -43,8 +40,7 @@ def test_it_homes_as_precisely_as_with_version_2(name: str) -> None:
 
 
 def test_a_position_move_ends_in_silence() -> None:
-    world = World(v1_frames=True)
-    (joint,) = world.ready("j4")
+    world, joint = ready("j4", v1_frames=True)
     joint.set_position(0.0)
     world.arm.run(0.2)
     stood = world.arm.position("j4")
@@ -55,8 +51,7 @@ def test_a_position_move_ends_in_silence() -> None:
 
 
 def test_stop_then_setmaxvelocity_stays_where_it_is() -> None:
-    world = World(v1_frames=True)
-    (joint,) = world.ready("j4")
+    world, joint = ready("j4", v1_frames=True)
     joint.stop()
     world.arm.run(0.5)
     stood = world.arm.position("j4")
@@ -66,9 +61,7 @@ def test_stop_then_setmaxvelocity_stays_where_it_is() -> None:
 
 
 def test_home_survives_a_frame_before_it_starts() -> None:
-    world = World(v1_frames=True)
-    joint = world.joints[3]
-    joint.init()
+    world, joint = greeted("j4", v1_frames=True)
     joint.enable()
     joint.session.write(Register.HOME, 1, 11, 30, 10)
     assert joint.session.read(Register.PING).flags & Flags.BUSY

@@ -11,7 +11,7 @@ import pyarrow
 import pyarrow.parquet
 import pytest
 
-from bioscara import Robot, Trajectory
+from bioscara import Trajectory
 from bioscara.api.values import trajectory_value
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.model import load_parameters
@@ -26,9 +26,9 @@ from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
 from full_disk import full_after
-from processes import LIMIT, environment, running, wait_until
+from processes import LIMIT, environment, running
 from recording.conftest import Made
-from recording.served_arm import NAME, Recording, read, recording, served
+from recording.served_arm import read, recorded_fault
 
 
 @pytest.fixture(scope="module")
@@ -214,33 +214,19 @@ def recorded(path: Path, *attached: tuple[str, bytes]) -> Path:
 
 
 def test_a_fault_is_exported_with_the_recording_of_its_arm(tmp_path: Path) -> None:
-    with served(tmp_path) as owner, recording(tmp_path) as recorder:
-        with Robot.connect(f"arm:{NAME}") as robot:
-            robot.enable()
-            owner.robot.simulate_fault("reset", "j3")
-            wait_until(lambda: robot.faults != (), "the fault")
-            (fault,) = robot.acknowledge()
-            assert fault.evidence is not None
-            wait_until(lambda: flight_records(recorder) != [], "the evidence")
-        (path,) = recorder.end()
+    path, evidence = recorded_fault(tmp_path)
     command = ("-m", "bioscara", "record", "export", str(path), "--csv", str(tmp_path / "out"))
     with running(*command, env=environment()) as exporting:
         said, _ = exporting.communicate(timeout=LIMIT)
     assert exporting.returncode == 0
-    unpacked = tmp_path / "out" / fault.evidence.name
+    unpacked = tmp_path / "out" / evidence.name
     assert f"wrote {unpacked}\n" in said
-    assert unpacked.read_bytes() == (tmp_path / "faults" / fault.evidence.name).read_bytes()
+    assert unpacked.read_bytes() == evidence.read_bytes()
     # It is a recording itself, of the time before the fault.
     assert [each.name for each in export_csv(unpacked, tmp_path / "fault")] == [
         "samples.csv",
         "events.csv",
     ]
-
-
-def flight_records(recorder: Recording) -> list[str]:
-    scan = FileScan()
-    list(messages(recorder.folder.files()[-1], scan, ()))
-    return [each.name for each in scan.attachments if each.name.startswith("fault-")]
 
 
 def test_what_is_no_flight_record_is_not_unpacked(tmp_path: Path, made: Made) -> None:

@@ -6,6 +6,7 @@ import json
 import math
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,18 +15,26 @@ from mcap.reader import make_reader
 import bioscara.recording.writing.folder as recording_folder
 from bioscara import Robot
 from bioscara.api import messages as m
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
 from bioscara.recording.reading.recovery import recover
-from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.robot import kinematics_of
 from bioscara.rosbag.topics import Topic
 from full_disk import full_after
 from processes import wait_until
 from recording.conftest import Made
-from recording.served_arm import NAME, Read, Recording, read, recording, served
+from recording.served_arm import (
+    NAME,
+    Read,
+    attached,
+    read,
+    recorded_fault,
+    recording,
+    served,
+)
 
 
 def _events(stored: list[Read]) -> list[dict[str, object]]:
@@ -69,7 +78,7 @@ def test_the_tool_is_where_the_joints_and_the_transforms_put_it(made: Made) -> N
         )
 
 
-def _placed(transforms: list[object]) -> dict[str, np.ndarray]:
+def _placed(transforms: list[Any]) -> dict[str, Any]:
     """Return the pose of each link in the world."""
     placed, rest = {"world": np.eye(4)}, list(transforms)
     while rest:
@@ -126,7 +135,9 @@ def test_a_file_has_the_description_as_topic_and_as_attachment(made: Made) -> No
         assert reader.get_header().profile == "ros2"
         attached = {each.name: each.data.decode() for each in reader.iter_attachments()}
         (metadata,) = reader.iter_metadata()
-        channels = {each.topic: each for each in reader.get_summary().channels.values()}
+        summary = reader.get_summary()
+    assert summary is not None
+    channels = {each.topic: each for each in summary.channels.values()}
     assert attached["robot_description.urdf"] == urdf
     assert json.loads(attached["parameters.json"])["name"] == NAME
     assert metadata.metadata["owner"] == NAME
@@ -186,7 +197,7 @@ def test_it_waits_for_the_owner_and_begins_another_file_after_its_restart(tmp_pa
         assert recorder.heard("no owner of arm left runs")
         for count in (1, 2):
             with served(tmp_path):
-                wait_until(lambda n=count: len(recorder.folder.files()) == n, f"file {count}")
+                wait_until(lambda n=count: len(recorder.folder.files()) == n, f"file {count}")  # type: ignore[misc]
         files = recorder.end()
     assert recorder.error is None
     instances = set()
@@ -232,18 +243,8 @@ def test_a_recording_leaves_room_to_others_and_is_then_complete(
         assert "no file is begun" in str(second.error)
 
 
-def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
-    with served(tmp_path) as owner, recording(tmp_path) as recorder:
-        with Robot.connect(f"arm:{NAME}") as robot:
-            robot.enable()
-            owner.robot.simulate_fault("reset", "j3")
-            wait_until(lambda: robot.faults != (), "the fault")
-            (fault,) = robot.acknowledge()
-            assert fault.evidence is not None
-            wait_until(lambda: _attached(recorder) != {}, "the evidence")
-        (path,) = recorder.end()
-    written = (tmp_path / "faults" / fault.evidence.name).read_bytes()
-    assert _attached(recorder) == {fault.evidence.name: written}
+def test_the_evidence_of_a_fault_isattached(tmp_path: Path) -> None:
+    path, _ = recorded_fault(tmp_path)
     states = [json.loads(each.message.data)["state"] for each in read(path, Topic.FAULTS)]
     assert states[0] == "clear"
     assert states[-1] == "acknowledged"
@@ -251,12 +252,12 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
     assert levels == [40]
 
 
-def test_the_evidence_of_a_fault_that_is_over_when_asked_for_is_attached(
+def test_the_evidence_of_a_fault_that_is_over_when_asked_for_isattached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with served(tmp_path) as owner, recording(tmp_path) as recorder:
         # As when a program recovers before the recorder has asked for the faults.
-        clear = {m.GetFaults: lambda *_: m.FaultList("clear", (), ())}
+        clear: Any = {m.GetFaults: lambda *_: m.FaultList(FaultState.CLEAR, (), ())}
         monkeypatch.setattr(owner.owner, "_handlers", {**owner.owner._handlers, **clear})
         with Robot.connect(f"arm:{NAME}") as robot:
             robot.enable()
@@ -266,17 +267,10 @@ def test_the_evidence_of_a_fault_that_is_over_when_asked_for_is_attached(
             (fault,) = owner.robot.faults
             robot.recover()
         assert fault.evidence is not None
-        wait_until(lambda: _attached(recorder) != {}, "the evidence")
+        wait_until(lambda: attached(recorder) != {}, "the evidence")
         (path,) = recorder.end()
-    assert list(_attached(recorder)) == [fault.evidence.name]
+    assert list(attached(recorder)) == [fault.evidence.name]
     said = [json.loads(each.message.data) for each in read(path, Topic.EVENTS)]
     (event,) = [each for each in said if each["what"] == "acknowledged"]
     assert fault.evidence.name in event["text"]
     assert event["fault"]["evidence"] == fault.evidence.name
-
-
-def _attached(recorder: Recording) -> dict[str, bytes]:
-    """Return the attached flight records, also of a file that is being written."""
-    scan = FileScan()
-    list(messages(recorder.folder.files()[-1], scan, ()))
-    return {each.name: each.data for each in scan.attachments if each.name.startswith("fault-")}

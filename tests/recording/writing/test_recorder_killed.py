@@ -33,7 +33,7 @@ def _recorder(start: Callable[..., subprocess.Popen[str]], out: Path) -> subproc
 def test_a_killed_recorder_loses_at_most_a_second_of_events(
     seed: int, rate: int, start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
-    chance, told = random.Random(seed), {}
+    chance, told = random.Random(seed), dict[str, float]()
     with served(tmp_path, 1.0, rate) as owner:
         process = _recorder(start, tmp_path)
         announce = owner.owner.announce

@@ -161,19 +161,6 @@ def test_rule_23_a_cancelled_goal_holds_the_arm_where_it_is(following: Ros) -> N
     assert state_now(ros)["reference"]["positions"][0] < HALF[0] + 0.1  # type: ignore[index]
 
 
-def test_rule_24_deactivation_aborts_the_goal(following: Ros) -> None:
-    ros = following
-    number = follow(ros, VELOCITY, goal(near(0.0, at=6.0)))
-    assert ros.switch((), [VELOCITY])["ok"]
-    end = ended(ros, number)
-    assert end["status"] == ABORTED
-    assert end["result"] == {
-        "error_code": -1,
-        "error_string": "Current goal cancelled during deactivate transition.",
-    }
-    assert ros.switch([VELOCITY])["ok"]
-
-
 def test_rule_30_and_31_tolerances_of_a_goal_are_those_of_the_message(following: Ros) -> None:
     ros = following
     go_home(ros)

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from bioscara import Robot
-from bioscara.cli import main
 from bioscara.model import load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm, serve
+from cli.said import Said
 
 JOINTS = ("j1", "j2", "j3", "j4")
 
@@ -57,22 +57,18 @@ def hot(arm: SimulatedArm, tmp_path: Path) -> SimulatedArm:
 
 
 def test_faults_stay_until_they_are_recovered_from(
-    hot: SimulatedArm, bus: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    hot: SimulatedArm, bus: str, tmp_path: Path, said: Said
 ) -> None:
-    said = {}
-    for command in ("faults", "acknowledge", "enable", "recover", "faults"):
-        status = main([command, "--bus", bus])
-        out, err = capsys.readouterr()
-        assert (status, err == "") == ((2, False) if command == "enable" else (0, True))
-        said[f"{command} {len(said)}"] = out + err
-    listed, acknowledged, refused, recovered, after = said.values()
+    of = ("--bus", bus)
+    listed, acknowledged = said.output("faults", *of), said.output("acknowledge", *of)
+    refused = said.failure("enable", *of)
+    recovered, after = said.output("recover", *of), said.output("faults", *of)
     assert "OVERTEMPERATURE: j3" in listed
     assert f"bioscara recover --bus {bus}" in listed
     assert "evidence: " in acknowledged
     command = next(line for line in acknowledged.splitlines() if line.startswith("look at it: "))
     words = shlex.split(command.removeprefix("look at it: "))
-    assert main(words[1:]) == 0
-    assert "fault 1: OVERTEMPERATURE: j3" in capsys.readouterr().out
+    assert "fault 1: OVERTEMPERATURE: j3" in said.output(*words[1:])
     assert "OVERTEMPERATURE (j3)" in refused
     assert recovered.endswith("recovered\n")
     assert after.endswith("no faults\n")
@@ -81,7 +77,7 @@ def test_faults_stay_until_they_are_recovered_from(
 
 @pytest.mark.parametrize(("command", "torque"), [("enable", True), ("monitor", False)])
 def test_the_joints_are_shown_until_a_signal_and_are_disabled_then(
-    command: str, torque: bool, arm: SimulatedArm, bus: str, capsys: pytest.CaptureFixture[str]
+    command: str, torque: bool, arm: SimulatedArm, bus: str, said: Said
 ) -> None:
     seen: list[bool] = []
 
@@ -92,27 +88,22 @@ def test_the_joints_are_shown_until_a_signal_and_are_disabled_then(
     timer = threading.Timer(6.0, interrupt)
     timer.start()
     try:
-        assert main([command, "--bus", bus]) == 0
+        assert "watching" in said.output(command, "--bus", bus)
     finally:
         # After an early end the signal would reach the next test.
         timer.cancel()
     timer.join()
-    out, err = capsys.readouterr()
-    assert err == ""
-    assert "watching" in out
     assert seen == [torque]
     assert not any(arm.has_torque(name) for name in JOINTS)
 
 
 def test_joints_that_another_program_left_enabled_are_disabled(
-    arm: SimulatedArm, bus: str, capsys: pytest.CaptureFixture[str]
+    arm: SimulatedArm, bus: str, said: Said
 ) -> None:
-    assert main(["disable", "--bus", bus]) == 0
-    assert capsys.readouterr().out.endswith("disabled\n")
+    assert said.output("disable --bus", bus).endswith("disabled\n")
     assert not any(arm.has_torque(name) for name in JOINTS)
 
 
-def test_a_bus_in_use_is_named_with_its_user(bus: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bus_in_use_is_named_with_its_user(bus: str, said: Said) -> None:
     with Robot.connect(bus):
-        assert main(["monitor", "--bus", bus]) == 2
-    assert f"pid {os.getpid()}" in capsys.readouterr().err
+        assert f"pid {os.getpid()}" in said.failure("monitor", "--bus", bus)

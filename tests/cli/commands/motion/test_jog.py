@@ -17,6 +17,7 @@ from bioscara import Robot
 from bioscara.cli import main
 from bioscara.model import load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm
+from cli.said import Said
 from simulated import NEAR
 
 JOINTS = ("j1", "j2", "j3", "j4")
@@ -67,12 +68,7 @@ def typing(user: int, keys: Iterator[bytes]) -> Iterator[None]:
     ("mode", "key", "joint"), [(b"", b"f", "j2"), (b"m", b"\x1b[A", "j1"), (b"n", b"f", "j2")]
 )
 def test_a_held_key_moves_the_arm_and_q_releases_it(
-    mode: bytes,
-    key: bytes,
-    joint: str,
-    arm: SimulatedArm,
-    user: int,
-    capsys: pytest.CaptureFixture[str],
+    mode: bytes, key: bytes, joint: str, arm: SimulatedArm, user: int, said: Said
 ) -> None:
     before = {name: arm.position(name) for name in ("j1", "j2")}
 
@@ -89,9 +85,7 @@ def test_a_held_key_moves_the_arm_and_q_releases_it(
             yield b"q"
 
     with typing(user, keys()):
-        assert main(["jog"], paced=False) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+        out = said.output("jog")
     assert "\n--pose " in out
     assert "\n--joints " in out
     assert moved(joint) > 0.007
@@ -156,11 +150,7 @@ def _read_all(descriptor: int, into: bytearray) -> None:
 
 @pytest.mark.parametrize("command", ["move", "run", "run a sequence"])
 def test_p_pauses_a_motion_and_c_continues_it(
-    command: str,
-    arm: SimulatedArm,
-    user: int,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    command: str, arm: SimulatedArm, user: int, tmp_path: Path, said: Said
 ) -> None:
     begin, stood = arm.position("j1"), list[float]()
 
@@ -192,9 +182,7 @@ def test_p_pauses_a_motion_and_c_continues_it(
     }
     words["run a sequence"] = ("run", str(sequence))
     with typing(user, keys()):
-        assert main(words[command], paced=False) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+        out = said.output(*words[command])
     assert "keys: p pauses the motion, c continues it; Ctrl-C stops" in out
     assert "paused: c continues, Ctrl-C stops" in out
     assert stood[1] == pytest.approx(stood[0], abs=1e-4)
@@ -203,12 +191,11 @@ def test_p_pauses_a_motion_and_c_continues_it(
 
 
 def test_without_a_terminal_nothing_is_opened(
-    arm: SimulatedArm, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arm: SimulatedArm, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     reader, writer = os.pipe()
     with os.fdopen(reader) as file:
         monkeypatch.setattr(sys, "stdin", file)
-        assert main(["jog"], paced=False) == 2
+        assert "run it in a terminal" in said.failure("jog")
     os.close(writer)
-    assert "run it in a terminal" in capsys.readouterr().err
     assert not any(arm.has_torque(name) for name in JOINTS)

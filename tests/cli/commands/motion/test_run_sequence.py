@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import bioscara.sim
-from bioscara.cli import main
 from bioscara.model import load_parameters
 from bioscara.planning import read
 from bioscara.sim import SimulatedArm
+from cli.said import Said
 from simulated import NearArm
 
 FILE = """\
@@ -37,20 +37,18 @@ def arm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimulatedArm:
     return arm
 
 
-def test_a_sequence_is_carried_out(arm: SimulatedArm, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "there.yaml"], paced=False) == 0
-    out = capsys.readouterr().out
+def test_a_sequence_is_carried_out(arm: SimulatedArm, said: Said) -> None:
+    out = said.output("run there.yaml")
     assert "sequence: there, 3 steps" in out
     assert "step 2 move_linear of 3" in out
     assert "--pose 0.5000 -0.1000 0.2000 0.0000" in out
     assert arm.position("j2") == pytest.approx(0.2091, abs=2e-3)
 
 
-def test_a_dry_run_moves_nothing(arm: SimulatedArm, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dry_run_moves_nothing(arm: SimulatedArm, said: Said) -> None:
     before = [arm.position(joint.name) for joint in load_parameters().joints]
-    assert main(["run", "there.yaml", "--dry-run"], paced=False) == 0
     assert [arm.position(joint.name) for joint in load_parameters().joints] == before
-    out = capsys.readouterr().out
+    out = said.output("run there.yaml --dry-run")
     assert "2 move_linear  " in out
     assert "total  " in out
 
@@ -73,42 +71,33 @@ def test_a_dry_run_moves_nothing(arm: SimulatedArm, capsys: pytest.CaptureFixtur
     ],
 )
 def test_a_sequence_is_refused_before_anything_moves(
-    words: str, old: str, new: str, text: str, capsys: pytest.CaptureFixture[str]
+    words: str, old: str, new: str, text: str, said: Said
 ) -> None:
     Path("there.yaml").write_text(FILE.replace(old, new))
-    assert main(["run", "there.yaml", *words.split()], paced=False) == 2
-    assert text in capsys.readouterr().err
+    assert text in said.failure(f"run there.yaml {words}")
 
 
-def test_a_trajectory_has_a_dry_run_too(
-    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_trajectory_has_a_dry_run_too(arm: SimulatedArm, said: Said) -> None:
     Path("a.csv").write_text("time,j1_position,j1_velocity\n0,0.1,0\n2,0.2,0\n")
-    assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
     # With the duration of the averaged motion, where the other joints stand as homed.
-    assert capsys.readouterr().out == (
+    assert said.output("run a.csv --dry-run") == (
         "trajectory: a.csv, 2.23 s\n"
         "note: held, as not in the trajectory: j2 at +0.3380 m, j3 at +2.6267 rad, "
         "j4 at +3.0107 rad\n"
     )
 
 
-def test_a_joint_that_the_arm_does_not_have_is_named(
-    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_joint_that_the_arm_does_not_have_is_named(arm: SimulatedArm, said: Said) -> None:
     Path("a.csv").write_text("time,j7\n0,0.1\n2,0.2\n")
-    assert main(["run", "a.csv", "--dry-run"], paced=False) == 2
-    assert "no joint 'j7'; the arm has j1, j2, j3, j4" in capsys.readouterr().err
+    assert "no joint 'j7'; the arm has j1, j2, j3, j4" in said.refusal("run a.csv --dry-run")
 
 
 def test_a_trajectory_of_one_joint_is_reported_as_it_is_carried_out(
-    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+    arm: SimulatedArm, said: Said
 ) -> None:
     Path("a.csv").write_text("time,j1\n0,0.1\n2,0.3\n")
-    assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
-    assert "trajectory: a.csv, 2.57 s\n" in capsys.readouterr().out
-    assert main(["run", "a.csv", "--out", "out"], paced=False) == 0
-    assert "duration    trajectory 2.57 s" in capsys.readouterr().out
+    assert "trajectory: a.csv, 2.57 s\n" in said.output("run a.csv --dry-run")
+    assert "duration    trajectory 2.57 s" in said.output("run a.csv --out out")
     with Path("out/samples.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["phase"] == "trajectory"]
     carried_out = read("out/trajectory.csv").trajectory
@@ -120,15 +109,15 @@ def test_a_trajectory_of_one_joint_is_reported_as_it_is_carried_out(
 
 
 def test_a_dry_run_shows_the_duration_of_the_slowed_and_averaged_motion(
-    arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+    arm: SimulatedArm, said: Said
 ) -> None:
     rows = [f"{0.2 * i},0.5,0.2,{0.6 + 0.1 * (i % 2)},0.3" for i in range(7)]
     header = ",".join(("time", *(f"j{number}_position" for number in range(1, 5))))
     Path("a.csv").write_text("\n".join((header, *rows, "")))
-    assert main(["run", "a.csv", "--dry-run"], paced=False) == 0
-    shown = re.match(r"trajectory: a.csv, (\d+\.\d+) s\n", capsys.readouterr().out)
+    out = said.output("run a.csv --dry-run")
+    shown = re.match(r"trajectory: a.csv, (\d+\.\d+) s\n", out)
     assert shown
-    assert main(["run", "a.csv", "--out", "out"], paced=False) == 0
+    said.output("run a.csv --out out")
     with Path("out/samples.csv").open() as file:
         times = [
             float(row["trajectory_time"]) for row in csv.DictReader(file) if row["trajectory_time"]
@@ -140,8 +129,9 @@ def test_a_dry_run_shows_the_duration_of_the_slowed_and_averaged_motion(
 
 @pytest.mark.parametrize("words", ["--tool needle", "--table t.yaml", "--from 0 0.2 0 0"])
 def test_options_of_sequences_are_refused_for_a_trajectory(
-    words: str, arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+    words: str, arm: SimulatedArm, said: Said
 ) -> None:
     Path("a.csv").write_text("time,j1_position,j1_velocity\n0,0.1,0\n2,0.2,0\n")
-    assert main(["run", "a.csv", "--dry-run", *words.split()], paced=False) == 2
-    assert f"{words.split(maxsplit=1)[0]} applies only to sequences" in capsys.readouterr().err
+    assert f"{words.split(maxsplit=1)[0]} applies only to sequences" in said.refusal(
+        "run a.csv --dry-run", *words.split()
+    )

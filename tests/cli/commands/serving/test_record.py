@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.cli import main
 from bioscara.cli.parser import parse
 from bioscara.rosbag.recording_file import RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
+from cli.said import Said
 
 
 @pytest.fixture
@@ -36,42 +36,35 @@ def test_recording_is_what_record_does_without_another_word() -> None:
     assert (options.keep, options.max_size, options.max_time) == (2 * 10**9, 1_500_000, 60.0)
 
 
-def test_a_file_that_is_being_written_is_not_called_unfinished(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_is_being_written_is_not_called_unfinished(tmp_path: Path, said: Said) -> None:
     file = RecordingFile(tmp_path / "left.mcap")
     file.add(Topic.EVENTS, text_message('{"number": 1, "text": "a"}'), 1)
     file.flush()
     for word in ("being written", "complete"):
-        assert main(["record", "info", str(file.path)]) == 0
-        said = capsys.readouterr().out
-        assert f"\n{word}" in said
-        assert "recover" not in said
+        out = said.output("record info", str(file.path))
+        assert f"\n{word}" in out
+        assert "recover" not in out
         if word == "being written":
             file.finish()
 
 
 def test_a_file_is_described_completed_and_exported(
-    unfinished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    unfinished: Path, tmp_path: Path, said: Said
 ) -> None:
-    assert main(["record", "info", str(unfinished)]) == 0
-    said = capsys.readouterr().out
-    assert "arm left, simulated; file 1" in said
-    assert "from 2001-09-09 01:46:40 UTC to 2001-09-09 01:46:42 UTC" in said
-    assert "/events: 3 messages, 1.5 Hz" in said
-    assert "never finished, and 2 bytes of an incomplete record follow" in said
-    assert main(["record", "recover", str(unfinished)]) == 0
-    assert "3 messages; 2 bytes were no whole record" in capsys.readouterr().out
-    assert main(["record", "info", str(unfinished)]) == 0
-    assert "\ncomplete\n" in capsys.readouterr().out
-    assert main(["record", "recover", str(unfinished)]) == 0
-    assert "is complete: 3 messages" in capsys.readouterr().out
-    assert main(["record", "export", str(unfinished), "--csv", str(tmp_path / "out")]) == 0
-    assert f"wrote {tmp_path}/out/events.csv" in capsys.readouterr().out
+    out = said.output("record info", str(unfinished))
+    assert "arm left, simulated; file 1" in out
+    assert "from 2001-09-09 01:46:40 UTC to 2001-09-09 01:46:42 UTC" in out
+    assert "/events: 3 messages, 1.5 Hz" in out
+    assert "never finished, and 2 bytes of an incomplete record follow" in out
+    assert "3 messages; 2 bytes were no whole record" in said.output(
+        "record recover", str(unfinished)
+    )
+    assert "\ncomplete\n" in said.output("record info", str(unfinished))
+    assert "is complete: 3 messages" in said.output("record recover", str(unfinished))
+    assert f"wrote {tmp_path}/out/events.csv" in said.output(
+        "record export", str(unfinished), "--csv", str(tmp_path / "out")
+    )
 
 
-def test_a_file_that_is_no_recording_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["record", "info", __file__]) == 2
-    assert "is no recording" in capsys.readouterr().err
+def test_a_file_that_is_no_recording_is_refused(tmp_path: Path, said: Said) -> None:
+    assert "is no recording" in said.refusal("record info", __file__)

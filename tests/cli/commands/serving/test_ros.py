@@ -8,20 +8,18 @@ from collections.abc import Callable
 
 import pytest
 
-from bioscara.cli import main
 from bioscara.cli.parser import parse
+from cli.said import Said
 from processes import environment
 
 
-def test_without_rclpy_one_sentence_names_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_rclpy_one_sentence_names_the_remedy(said: Said) -> None:
     if "rclpy" in sys.modules:
         pytest.skip("this environment has rclpy")
-    assert main(["ros", "--arm", "left"]) == 2
-    error = capsys.readouterr().err
+    error = said.refusal("ros --arm left")
     assert "bioscara ros needs rclpy, control_msgs" in error
     assert "source its setup.bash" in error
     assert "make ros2" in error
-    assert len(error.splitlines()) == 1
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from bioscara.planning.files.scene_file import read_scene
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.sample_file import header, row
 from bioscara.web.access.tokens import default_path
+from cli.said import Said
 from served import NAME, arm_served
 
 NAMES = ("j1", "j2", "j3", "j4")
@@ -35,13 +36,11 @@ def viewed(words: str) -> Viewed:
 
 
 def test_without_the_packages_of_the_page_the_error_names_them(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.setattr("bioscara.cli.commands.serving.web.find_spec", lambda _: None)
-    assert main(["view"]) == 2
-    error = capsys.readouterr().err
+    error = said.refusal("view")
     assert "pip install 'bioscara[web]'" in error
-    assert len(error.splitlines()) == 1
 
 
 def test_it_serves_until_it_is_interrupted(start: Callable[..., subprocess.Popen[str]]) -> None:
@@ -78,13 +77,6 @@ def test_a_served_arm_is_shown_by_a_gateway_that_may_only_look(
         assert not default_path(NAME).exists()
         view.send_signal(signal.SIGINT)
         assert view.wait(timeout=20) == 0
-
-
-@pytest.mark.parametrize("port", ["-1", "65536", "http"])
-def test_a_wrong_port_is_refused(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["view", "--port", port])
-    assert "is not a port" in capsys.readouterr().err
 
 
 @pytest.fixture
@@ -186,31 +178,10 @@ def test_the_scene_and_the_tool_of_a_plan_are_shown() -> None:
 )
 @pytest.mark.usefixtures("files")
 def test_a_source_that_cannot_be_shown_is_refused_in_one_sentence(
-    words: str, complaint: str, capsys: pytest.CaptureFixture[str]
+    words: str, complaint: str, said: Said
 ) -> None:
-    capsys.readouterr()
-    assert main(["view", "--port", "0", *words.split()]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+    err = said.refusal(f"view --port 0 {words}")
     assert complaint in err
-    assert len(err.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        ("good --name plate", "exclude one another"),
-        ("--linear", "--linear applies to a planned motion; add --pose"),
-        ("good --from 0 0.2 0 0", "--from applies to a planned motion"),
-        ("a.csv --velocity-scaling 0.5", "--velocity-scaling applies to a planned motion"),
-    ],
-)
-def test_options_that_would_be_ignored_are_refused(
-    words: str, complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit):
-        main(["view", *words.split()])
-    assert complaint in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("files")
@@ -223,38 +194,33 @@ def test_a_trajectory_that_run_refuses_is_shown_with_the_reason() -> None:
 
 
 @pytest.mark.usefixtures("files")
-def test_a_trajectory_of_another_arm_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_trajectory_of_another_arm_is_refused(said: Said) -> None:
     write_csv("other.csv", Trajectory(("j9",), [0.0, 1.0], [[0.0], [0.2]]))
-    assert main(["view", "--port", "0", "other.csv"]) == 2
-    assert "j9 is not a joint of the arm; it has j1, j2, j3, j4" in capsys.readouterr().err
+    assert "j9 is not a joint of the arm; it has j1, j2, j3, j4" in said.refusal(
+        "view --port 0 other.csv"
+    )
 
 
 @pytest.mark.parametrize("name", ["poses.yaml", "saved.txt"])
 @pytest.mark.usefixtures("files")
-def test_a_teach_table_that_is_run_is_recognised(
-    name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_teach_table_that_is_run_is_recognised(name: str, said: Said) -> None:
     Path("poses.yaml").rename(name)
-    capsys.readouterr()
-    assert main(["run", name]) == 2
-    assert capsys.readouterr().err == (
+    assert said.refusal("run", name) == (
         f"bioscara: {name}: is a table of named poses and holds no trajectory; move to one of its "
         f"poses with 'bioscara move --name NAME --table {name}'\n"
     )
 
 
-def test_a_scene_that_is_run_is_recognised(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", str(EXAMPLE)]) == 2
-    assert f"give it as --scene {EXAMPLE}" in capsys.readouterr().err
+def test_a_scene_that_is_run_is_recognised(said: Said) -> None:
+    assert f"give it as --scene {EXAMPLE}" in said.refusal("run", str(EXAMPLE))
 
 
-def test_a_scene_that_cannot_be_read_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["view", "--port", "0", "--scene", "none.yaml"]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+def test_a_scene_that_cannot_be_read_is_refused(said: Said) -> None:
+    err = said.refusal("view --port 0 --scene none.yaml")
     assert "none.yaml: No such file" in err
 
 
-def test_the_scene_of_a_served_arm_is_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["view", "--port", "0", "arm:left", "--scene", str(EXAMPLE)]) == 2
-    assert "arm:left is shown in the scene of its owner" in capsys.readouterr().err
+def test_the_scene_of_a_served_arm_is_its_own(said: Said) -> None:
+    assert "arm:left is shown in the scene of its owner" in said.refusal(
+        "view --port 0 arm:left --scene", str(EXAMPLE)
+    )

@@ -19,11 +19,11 @@ from websockets.sync.client import connect
 
 from bioscara.api import messages as m
 from bioscara.api import runtime
-from bioscara.cli import main
 from bioscara.remote.link import OwnerLink
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served
 from bioscara.web.access.tokens import default_path, load_tokens
+from cli.said import Said
 from processes import environment, wait_until
 from web.gateways import WebClientOfTest, arm
 
@@ -139,35 +139,26 @@ def test_an_arm_survives_the_death_of_its_gateway_and_the_lease_ends(
         link.close()
 
 
-def test_without_an_owner_it_does_not_begin(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["web", "--arm", "absent"]) == 2
-    assert "no owner of arm absent runs" in capsys.readouterr().err
+def test_without_an_owner_it_does_not_begin(said: Said) -> None:
+    assert "no owner of arm absent runs" in said.refusal("web --arm absent")
 
 
 def test_without_its_packages_the_error_names_them(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.setitem(sys.modules, "fastapi", None)
-    assert main(["web"]) == 2
-    error = capsys.readouterr().err
+    error = said.refusal("web")
     assert "the web gateway needs fastapi" in error
     assert "pip install 'bioscara[web]'" in error
-    assert len(error.splitlines()) == 1
 
 
-def test_beyond_this_computer_it_needs_tls(
-    served: Served, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["web", "--host", "0.0.0.0", "--port", "0"]) == 2
-    assert "--tls-self-signed" in capsys.readouterr().err
+def test_beyond_this_computer_it_needs_tls(served: Served, said: Said) -> None:
+    assert "--tls-self-signed" in said.refusal("web --host 0.0.0.0 --port 0")
 
 
-def test_a_token_file_can_be_named(
-    served: Served, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_token_file_can_be_named(served: Served, tmp_path: Path, said: Said) -> None:
     path = tmp_path / "tokens"
     path.write_text(json.dumps({"view": "a" * 32}))
     path.chmod(0o644)
-    assert main(["web", "--port", "0", "--token-file", str(path)]) == 2
-    assert f"{path} has mode 0644" in capsys.readouterr().err
+    assert f"{path} has mode 0644" in said.refusal("web --port 0 --token-file", str(path))
     assert runtime.owners()

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.cli import main
 from bioscara.flashing import access, dfu, programmer
 from bioscara.flashing import image as image_file
 from bioscara.flashing.access import RULES
 from bioscara.version import __version__
+from cli.said import Said
 from flashing.images import crc_of, image
 from flashing.stand_ins import Bench
 
@@ -34,23 +34,25 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> MakeBench:
     return lambda *names: Bench(folder, *names)
 
 
-def swd(bench: MakeBench, program: str) -> Bench:
-    """A bench with one program for an ST-Link."""
-    return bench("st-flash", "st-info") if program == "st-flash" else bench("openocd")
+@pytest.fixture
+def tools(bench: MakeBench) -> Bench:
+    """A bench with dfu-util, and one board in its bootloader."""
+    made = bench("dfu-util")
+    made.board(ONE)
+    return made
 
 
-def test_an_image_is_written_read_back_and_started(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    assert out.splitlines() == [
+FLASH = "flash --joint 1 j1.bin"
+SWD = "flash --joint 1 --swd j1.bin"
+DFU_UTIL, ST_FLASH, OPENOCD = ("dfu-util",), ("st-flash", "st-info"), ("openocd",)
+VERIFIED = "verified: the flash holds the image"
+
+
+def test_an_image_is_written_read_back_and_started(tools: Bench, said: Said) -> None:
+    assert said.output(FLASH).splitlines() == [
         f"image: j1.bin, j1, version 0.1.0, 5000 bytes, CRC {crc_of(image(1)):08x}",
         f"writing to the board in its USB bootloader, serial number {ONE}; keep it connected",
-        "verified: the flash holds the image",
+        VERIFIED,
     ]
     assert tools.flash(ONE) == image(1)
     assert tools.started() == [ONE]
@@ -64,79 +66,70 @@ def test_an_image_is_written_read_back_and_started(
     ]
 
 
-@pytest.mark.parametrize("program", ["st-flash", "openocd"])
-def test_an_image_is_written_through_an_st_link(
-    program: str, bench: MakeBench, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("programs", [ST_FLASH, OPENOCD, (*ST_FLASH, *OPENOCD)])
+def test_an_image_is_written_through_an_st_link_by_st_flash_if_both_are_installed(
+    programs: tuple[str, ...], bench: MakeBench, said: Said
 ) -> None:
-    tools = swd(bench, program)
+    tools = bench(*programs)
     tools.probe(ONE)
-    assert main(["flash", "--joint", "2", "--swd", "j2.bin"]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    assert "verified: the flash holds the image" in out
+    assert VERIFIED in said.output("flash --joint 2 --swd j2.bin")
     assert tools.flash(ONE) == image(2)
     assert tools.started()[-1] == ONE
+    assert any(call.startswith("openocd") for call in tools.calls()) == (programs == OPENOCD)
 
 
-def test_st_flash_is_preferred_if_both_are_installed(bench: MakeBench) -> None:
-    tools = bench("st-flash", "st-info", "openocd")
-    tools.probe(ONE)
-    assert main(["flash", "--joint", "2", "--swd", "j2.bin"]) == 0
-    assert not [call for call in tools.calls() if call.startswith("openocd")]
+LARGER = "@Internal Flash  /0x08000000/04*016Kg,01*064Kg,07*128Kg"
 
 
 @pytest.mark.parametrize(
-    ("words", "remedy"),
+    ("programs", "connected", "command", "reason"),
     [
-        ([], "dfu-util is not installed: sudo apt install dfu-util"),
-        (["--dfu"], "dfu-util is not installed: sudo apt install dfu-util"),
-        (
-            ["--swd"],
-            "st-flash is not installed: sudo apt install stlink-tools; or openocd: sudo apt "
-            "install openocd",
-        ),
+        ((), None, FLASH, "dfu-util is not installed: sudo apt install dfu-util\n"),
+        ((), None, f"{FLASH} --dfu", "dfu-util is not installed: sudo apt install dfu-util\n"),
+        ((), None, SWD, "st-flash is not installed: sudo apt install stlink-tools; or openocd: "
+         "sudo apt install openocd\n"),
+        (("st-flash",), None, SWD, "sudo apt install stlink-tools"),
+        (DFU_UTIL, None, FLASH, "no board is in its bootloader"),
+        (DFU_UTIL, None, FLASH, "hold its BOOT button, press RESET"),
+        (DFU_UTIL, LARGER, FLASH, "1024 KiB of flash; a uStepper S32 has 256"),
+        (ST_FLASH, None, SWD, "there is no ST-Link: connect one"),
+        (OPENOCD, None, SWD, "there is no ST-Link: connect one"),
+        (ST_FLASH, 0, SWD, "finds no controller: connect SWDIO"),
+        (OPENOCD, 0, SWD, "finds no controller: connect SWDIO"),
+        (ST_FLASH, 0x433, SWD, "has the device id 0x433"),
+        (OPENOCD, 0x433, SWD, "has the device id 0x433"),
     ],
-)
-def test_a_missing_program_is_named_with_its_package(
-    words: list[str], remedy: str, bench: MakeBench, capsys: pytest.CaptureFixture[str]
+)  # fmt: skip
+def test_what_is_missing_or_another_one_is_named_with_its_remedy(
+    programs: tuple[str, ...],
+    connected: str | int | None,
+    command: str,
+    reason: str,
+    bench: MakeBench,
+    said: Said,
 ) -> None:
-    bench()
-    assert main(["flash", "--joint", "1", "j1.bin", *words]) == 2
-    assert capsys.readouterr().err == f"bioscara: {remedy}\n"
+    tools = bench(*programs)
+    if isinstance(connected, str):
+        tools.board(ONE, connected)
+    elif connected is not None:
+        tools.probe(ONE, connected)
+    assert reason in said.failure(command)
+    assert tools.flash(ONE) == b""
 
 
-def test_st_flash_needs_its_companion(bench: MakeBench, capsys: pytest.CaptureFixture[str]) -> None:
-    bench("st-flash").probe(ONE)
-    assert main(["flash", "--joint", "1", "--swd", "j1.bin"]) == 2
-    assert "sudo apt install stlink-tools" in capsys.readouterr().err
-
-
-def test_a_program_that_cannot_be_run_is_named_with_its_path(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_program_that_cannot_be_run_is_named_with_its_path(bench: MakeBench, said: Said) -> None:
     path = bench("dfu-util").folder / "dfu-util"
     path.write_bytes(b"\0garbage")
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    assert f"{path} cannot be run: Exec format error; install it" in capsys.readouterr().err
+    assert f"{path} cannot be run: Exec format error; install it" in said.failure(FLASH)
 
 
-def test_an_empty_serial_number_is_refused(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_empty_serial_number_is_refused(tools: Bench, said: Said) -> None:
     """As from an unset variable of a script: the only board may be another one."""
-    tools = bench("dfu-util")
-    tools.board(ONE)
-    with pytest.raises(SystemExit, match="2"):
-        main(["flash", "--joint", "1", "j1.bin", "--serial", ""])
-    assert "--serial: is empty" in capsys.readouterr().err
+    assert "--serial: is empty" in said.refusal(FLASH, "--serial", "")
     assert tools.calls() == []
 
 
-def test_a_wrong_image_is_refused_before_any_program_runs(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
+def test_a_wrong_image_is_refused_before_any_program_runs(tools: Bench, said: Said) -> None:
     Path("short.bin").write_bytes(image(1)[:-8])
     Path("j1.elf").write_bytes(b"\x7fELF" + bytes(9000))
     for name, reason in (
@@ -145,77 +138,32 @@ def test_a_wrong_image_is_refused_before_any_program_runs(
         ("j1.elf", "is an ELF file"),
         ("nothing.bin", "cannot be read: No such file"),
     ):
-        assert main(["flash", "--joint", "1", name]) == 2
-        out, err = capsys.readouterr()
-        assert out == ""
-        assert f"{name} {reason}" in err
+        assert f"{name} {reason}" in said.refusal("flash --joint 1", name)
+    evil = "a\nverified: \x1b[2J.bin"
+    Path(evil).write_bytes(image(2))
+    assert "\x1b" not in said.refusal("flash --joint 1", evil)
     assert tools.calls() == []
 
 
-def test_control_characters_in_a_name_are_escaped(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench("dfu-util")
-    Path("a\nverified: \x1b[2J.bin").write_bytes(image(2))
-    assert main(["flash", "--joint", "1", "a\nverified: \x1b[2J.bin"]) == 2
-    _, err = capsys.readouterr()
-    assert len(err.splitlines()) == 1
-    assert "\x1b" not in err
-
-
 def test_without_a_file_the_image_of_this_version_is_used(
-    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tools: Bench, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
     checkout = Path("checkout").resolve()
     monkeypatch.setattr(image_file, "__file__", str(checkout / "src/bioscara/flashing/image.py"))
-    assert main(["flash", "--joint", "1"]) == 2
-    err = capsys.readouterr().err
+    err = said.refusal("flash --joint 1")
     assert "build it with 'make firmware'" in err
     released = f"bioscara-{__version__}-j1.bin"
     assert f"download {released}" in err
     Path(released).write_bytes(image(1))
-    assert main(["flash", "--joint", "1"]) == 0
-    assert f"image: {released}, j1" in capsys.readouterr().out
+    assert f"image: {released}, j1" in said.output("flash --joint 1")
     built = checkout / "firmware/build/j1.bin"
     built.parent.mkdir(parents=True)
     built.write_bytes(image(1))
     tools.trouble(stays=True)
     monkeypatch.setattr(dfu, "_PATIENCE", 0.0)
-    assert main(["flash", "--joint", "1"]) == 0
-    assert f"image: {built}, j1" in capsys.readouterr().out
-
-
-def test_no_board_in_its_bootloader_says_how_to_start_it(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench("dfu-util")
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    err = capsys.readouterr().err
-    assert "no board is in its bootloader" in err
-    assert "hold its BOOT button, press RESET" in err
-
-
-def test_of_two_boards_one_has_to_be_named(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
-    tools.board(OTHER)
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    err = capsys.readouterr().err
-    assert f"2 boards are in their bootloader: {ONE}, {OTHER}" in err
-    assert f"--serial {ONE}" in err
-    assert main(["flash", "--joint", "1", "j1.bin", "--serial", "123"]) == 2
-    assert f"serial number 123; there are: {ONE}, {OTHER}" in capsys.readouterr().err
-    assert tools.flash(ONE) == tools.flash(OTHER) == b""
-    assert main(["flash", "--joint", "1", "j1.bin", "--serial", OTHER]) == 0
-    assert (tools.flash(ONE), tools.flash(OTHER)) == (b"", image(1))
-    assert tools.started() == [OTHER]
-    # The other one stays in its bootloader, and is not waited for.
-    assert capsys.readouterr().out.splitlines()[-1] == "verified: the flash holds the image"
-    assert looks_after_the_start(tools) == 1
+    out = said.output("flash --joint 1")
+    assert f"image: {built}, j1" in out
+    assert "press RESET" in out, "it stays in its bootloader"
 
 
 def looks_after_the_start(tools: Bench) -> int:
@@ -225,106 +173,76 @@ def looks_after_the_start(tools: Bench) -> int:
     return sum(call.endswith(" -l") for call in calls[start:])
 
 
-def test_an_inaccessible_second_board_still_requires_a_serial_number(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
+def test_of_two_boards_one_has_to_be_named(tools: Bench, said: Said) -> None:
     tools.board(OTHER)
-    tools.trouble(closed_serial=OTHER)
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    err = capsys.readouterr().err
-    assert f"besides {ONE} there is a board in its bootloader that cannot be opened" in err
+    err = said.failure(FLASH)
+    assert f"2 boards are in their bootloader: {ONE}, {OTHER}" in err
     assert f"--serial {ONE}" in err
-    assert tools.flash(ONE) == b""
-    assert main(["flash", "--joint", "1", "j1.bin", "--serial", ONE]) == 0
-    assert tools.flash(ONE) == image(1)
-    assert capsys.readouterr().out.splitlines()[-1] == "verified: the flash holds the image"
+    err = said.failure(FLASH, "--serial", "123")
+    assert f"serial number 123; there are: {ONE}, {OTHER}" in err
+    assert tools.flash(ONE) == tools.flash(OTHER) == b""
+    # The other one stays in its bootloader, and is not waited for.
+    assert said.output(FLASH, "--serial", OTHER).splitlines()[-1] == VERIFIED
+    assert (tools.flash(ONE), tools.flash(OTHER)) == (b"", image(1))
+    assert tools.started() == [OTHER]
     assert looks_after_the_start(tools) == 1
 
 
-def test_of_two_st_links_one_has_to_be_named(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
+def test_an_inaccessible_second_board_still_requires_a_serial_number(
+    tools: Bench, said: Said
 ) -> None:
-    tools = bench("st-flash", "st-info")
+    tools.board(OTHER)
+    tools.trouble(closed_serial=OTHER)
+    err = said.failure(FLASH)
+    assert f"besides {ONE} there is a board in its bootloader that cannot be opened" in err
+    assert f"--serial {ONE}" in err
+    assert tools.flash(ONE) == b""
+    assert said.output(FLASH, "--serial", ONE).splitlines()[-1] == VERIFIED
+    assert tools.flash(ONE) == image(1)
+    assert looks_after_the_start(tools) == 1
+
+
+def test_of_two_st_links_one_has_to_be_named(bench: MakeBench, said: Said) -> None:
+    tools = bench(*ST_FLASH)
     tools.probe(ONE)
     tools.probe(OTHER)
-    assert main(["flash", "--joint", "1", "--swd", "j1.bin"]) == 2
-    assert f"there are 2 ST-Links: {ONE}, {OTHER}" in capsys.readouterr().err
-    assert main(["flash", "--joint", "1", "--swd", "j1.bin", "--serial", OTHER]) == 0
+    assert f"there are 2 ST-Links: {ONE}, {OTHER}" in said.failure(SWD)
+    said.output(SWD, "--serial", OTHER)
     assert (tools.flash(ONE), tools.flash(OTHER)) == (b"", image(1))
 
 
-def test_another_board_is_refused(bench: MakeBench, capsys: pytest.CaptureFixture[str]) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE, "@Internal Flash  /0x08000000/04*016Kg,01*064Kg,07*128Kg")
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    assert "1024 KiB of flash; a uStepper S32 has 256" in capsys.readouterr().err
-    assert tools.flash(ONE) == b""
-
-
-@pytest.mark.parametrize("program", ["st-flash", "openocd"])
-@pytest.mark.parametrize(
-    ("chip", "reason"),
-    [(0, "finds no controller: connect SWDIO"), (0x433, "has the device id 0x433")],
-)
-def test_another_controller_on_the_st_link_is_refused(
-    program: str,
-    chip: int,
-    reason: str,
-    bench: MakeBench,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    tools = swd(bench, program)
-    tools.probe(ONE, chip)
-    assert main(["flash", "--joint", "1", "--swd", "j1.bin"]) == 2
-    assert reason in capsys.readouterr().err
-    assert tools.flash(ONE) == b""
-
-
-@pytest.mark.parametrize("program", ["st-flash", "openocd"])
-def test_no_st_link_says_what_to_connect(
-    program: str, bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    swd(bench, program)
-    assert main(["flash", "--joint", "1", "--swd", "j1.bin"]) == 2
-    assert "there is no ST-Link: connect one" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("program", ["dfu-util", "st-flash", "openocd"])
-def test_no_permission_names_the_rule_and_the_commands(
-    program: str, bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util") if program == "dfu-util" else swd(bench, program)
+def connected(bench: MakeBench, programs: tuple[str, ...]) -> Bench:
+    """A bench with these programs, and a board that each of them finds."""
+    tools = bench(*programs)
     tools.board(ONE)
     tools.probe(ONE)
-    tools.trouble(closed="LIBUSB_ERROR_ACCESS")
-    words = [] if program == "dfu-util" else ["--swd"]
-    assert main(["flash", "--joint", "1", "j1.bin", *words]) == 2
-    err = capsys.readouterr().err
+    return tools
+
+
+BY = pytest.mark.parametrize(
+    ("programs", "command"), [(DFU_UTIL, FLASH), (ST_FLASH, SWD), (OPENOCD, SWD)]
+)
+
+
+@BY
+def test_no_permission_names_the_rule_and_the_commands(
+    programs: tuple[str, ...],
+    command: str,
+    bench: MakeBench,
+    monkeypatch: pytest.MonkeyPatch,
+    said: Said,
+) -> None:
+    connected(bench, programs).trouble(closed="LIBUSB_ERROR_ACCESS")
+    err = said.failure(command)
     assert "no permission to use the" in err
     assert f"sudo cp {RULES} /etc/udev/rules.d/ && sudo udevadm control --reload" in err
-
-
-def test_the_command_for_the_rule_is_quoted(
-    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
-    tools.trouble(closed="LIBUSB_ERROR_ACCESS")
     monkeypatch.setattr(access, "RULES", Path("/my arm/70.rules"))
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    assert "sudo cp '/my arm/70.rules' /etc/udev" in capsys.readouterr().err
+    assert "sudo cp '/my arm/70.rules' /etc/udev" in said.failure(command)
 
 
-def test_a_board_that_cannot_be_opened_names_the_reason(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
+def test_a_board_that_cannot_be_opened_names_the_reason(tools: Bench, said: Said) -> None:
     tools.trouble(closed="LIBUSB_ERROR_IO")
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    err = capsys.readouterr().err
+    err = said.failure(FLASH)
     assert "LIBUSB_ERROR_IO" in err
     assert "permission" not in err
 
@@ -336,103 +254,77 @@ def test_the_rules_cover_bootloader_and_st_links() -> None:
     assert int(RULES.name[:2]) < 73  # The place where systemd gives the tag uaccess its meaning.
 
 
-@pytest.mark.parametrize("program", ["dfu-util", "st-flash", "openocd"])
+FAILS = {
+    DFU_UTIL: "writing failed: dfu-util ended with 74: dfu-util: Error during special",
+    ST_FLASH: "writing failed: st-flash ended with 255: stlink_fwrite_flash() == -1",
+    OPENOCD: "writing failed: openocd ended with 1: ** Programming Failed **",
+}
+
+
+@BY
 @pytest.mark.parametrize("trouble", ["fails", "spoils"])
 def test_an_image_that_fails_verification_is_not_started(
-    trouble: str, program: str, bench: MakeBench, capsys: pytest.CaptureFixture[str]
+    trouble: str, programs: tuple[str, ...], command: str, bench: MakeBench, said: Said
 ) -> None:
-    tools = bench("dfu-util") if program == "dfu-util" else swd(bench, program)
-    tools.board(ONE)
-    tools.probe(ONE)
+    tools = connected(bench, programs)
     tools.trouble(**{trouble: True})
-    words = [] if program == "dfu-util" else ["--swd"]
-    asked = ["flash", "--joint", "1", "j1.bin", *words]
-    assert main(asked) == 1
-    out, err = capsys.readouterr()
+    status, out, err = said(command)
+    assert status == 1
     assert "verified" not in out
-    fails = {
-        "dfu-util": "writing failed: dfu-util ended with 74: dfu-util: Error during special",
-        "st-flash": "writing failed: st-flash ended with 255: stlink_fwrite_flash() == -1",
-        "openocd": "writing failed: openocd ended with 1: ** Programming Failed **",
-    }
     spoils = "what was read back differs from the image from 0x080003e8 on"
-    reason = fails[program] if trouble == "fails" else spoils
-    assert reason in err
+    assert (FAILS[programs] if trouble == "fails" else spoils) in err
     assert "j1 is without working firmware now and does not move" in err
-    assert err.rstrip().endswith("repeat: bioscara " + " ".join(asked))
+    assert err.rstrip().endswith(f"repeat: bioscara {command}")
     assert tools.calls()[-1] != f"dfu-util -d ,0483:df11 -S {ONE} -a 0 -s 0x08000000:leave"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interruption_reports_the_joint_and_the_command_to_repeat(
-    number: signal.Signals, bench: MakeBench, capsys: pytest.CaptureFixture[str]
+    number: signal.Signals, tools: Bench, said: Said
 ) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
     tools.trouble(interrupt=int(number))
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 130
-    out, err = capsys.readouterr()
+    status, out, err = said(FLASH)
+    assert status == 130
     assert "verified" not in out
     assert len(err.splitlines()) == 1
     assert "interrupted; j1 is without working firmware now" in err
     assert "its bootloader is in ROM and still there: it starts automatically" in err
-    assert err.rstrip().endswith("repeat: bioscara flash --joint 1 j1.bin")
+    assert err.rstrip().endswith(f"repeat: bioscara {FLASH}")
     assert tools.started() == []
     assert tools.flash(ONE) == image(1)[:2500]
     del tools.state["interrupt"]
     tools.save()
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 0
+    said.output(FLASH)
     assert tools.flash(ONE) == image(1)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interruption_of_the_start_says_that_the_image_is_verified(
-    number: signal.Signals, bench: MakeBench, capsys: pytest.CaptureFixture[str]
+    number: signal.Signals, tools: Bench, said: Said
 ) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
     tools.trouble(interrupt_start=int(number))
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 130
-    out, err = capsys.readouterr()
-    assert out.splitlines()[-1] == "verified: the flash holds the image"
+    status, out, err = said(FLASH)
+    assert status == 130
+    assert out.splitlines()[-1] == VERIFIED
     assert err == "bioscara: interrupted; j1 has its firmware: press RESET to start it\n"
     assert tools.flash(ONE) == image(1)
 
 
 def test_a_folder_without_room_for_the_image_is_named(
-    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tools: Bench, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
-
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(programmer, "LockedFolder", full)
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
-    err = capsys.readouterr().err
+    err = said.failure(FLASH)
     assert "the image cannot be copied: No space left on device; set TMPDIR" in err
     assert "without working firmware" not in err
     assert tools.flash(ONE) == b""
 
 
 def test_a_board_that_disconnects_before_answering_counts_as_started(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
+    tools: Bench, said: Said
 ) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
     tools.trouble(leaves_early=True)
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 0
-    out, err = capsys.readouterr()
-    assert (out.splitlines()[-1], err) == ("verified: the flash holds the image", "")
-
-
-def test_a_board_that_stays_in_its_bootloader_needs_its_reset_button(
-    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tools = bench("dfu-util")
-    tools.board(ONE)
-    tools.trouble(stays=True)
-    monkeypatch.setattr(dfu, "_PATIENCE", 0.0)
-    assert main(["flash", "--joint", "1", "j1.bin"]) == 0
-    assert "press RESET" in capsys.readouterr().out
+    assert said.output(FLASH).splitlines()[-1] == VERIFIED

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus import Bus, Transaction
-from bioscara.cli import main
 from bioscara.drivers import Joint
 from bioscara.errors import (
     CommunicationError,
@@ -25,6 +24,7 @@ from bioscara.protocol import READ, Refusal, Register, ResetCause
 from bioscara.robot.connection import devices
 from bioscara.sim import FirmwareBus, SimulatedArm
 from bioscara.version import __version__
+from cli.said import Said
 from flashing.images import crc_of, image
 from flashing.stand_ins import Bench
 from flashing.told import Told
@@ -85,8 +85,11 @@ class Arm(Bus):
         pass
 
 
+MakeArm = Callable[..., Arm]
+
+
 @pytest.fixture
-def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Arm]:
+def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> MakeArm:
     """Makes an arm that `linux:1` leads to, in virtual time."""
     folder = tmp_path / "bin"
     folder.mkdir()
@@ -108,8 +111,7 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Arm]:
     return make
 
 
-def flash(*words: str, joint: int = 1) -> int:
-    return main(["flash", "--joint", str(joint), f"j{joint}.bin", "--bus", "linux:1", *words])
+FLASH = "flash --joint 1 j1.bin --bus linux:1"
 
 
 def shown_in_documentation(words: str) -> list[str]:
@@ -127,14 +129,9 @@ def joint(arm: Arm, name: str = "j1") -> Joint:
     return made
 
 
-def test_a_joint_on_the_bus_is_flashed_and_identified(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_joint_on_the_bus_is_flashed_and_identified(arm: MakeArm, said: Said) -> None:
     bus = arm()
-    assert flash() == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    first, *others = out.splitlines()
+    first, *others = said.output(FLASH).splitlines()
     assert first == f"image: j1.bin, j1, version 0.1.0, 5000 bytes, CRC {ONE}"
     assert others == [
         f"j1 has protocol 2, firmware 0.1, image {OLDER:08x}",
@@ -151,138 +148,127 @@ def test_a_joint_on_the_bus_is_flashed_and_identified(
 
 @pytest.mark.parametrize("programs", [("st-flash", "st-info"), ("openocd",)])
 def test_a_joint_on_an_st_link_is_confirmed_as_well(
-    programs: tuple[str, ...], arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+    programs: tuple[str, ...], arm: MakeArm, said: Said
 ) -> None:
     bus = arm(*programs)
     bus.tools.probe(SERIALS["j2"])
-    assert flash("--swd", joint=2) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+    out = said.output("flash --joint 2 j2.bin --bus linux:1 --swd")
     assert "confirmed: j2 answers with protocol 2" in out
     assert bus.tools.flash(SERIALS["j2"]) == image(2)
 
 
-def test_a_joint_armed_by_another_host_starts_its_bootloader(arm: Callable[..., Arm]) -> None:
+def test_a_joint_armed_by_another_host_starts_its_bootloader(arm: MakeArm, said: Said) -> None:
     bus = arm()
     joint(bus)
-    assert main(["joints", "--bus", "linux:1"]) == 0
-    assert flash() == 0
+    said.output("joints --bus linux:1")
+    said.output(FLASH)
     assert bus.tools.flash(SERIALS["j1"]) == image(1)
 
 
-def test_an_enabled_joint_is_not_flashed(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_enabled_joint_is_not_flashed(arm: MakeArm, said: Said) -> None:
     bus = arm("dfu-util", "st-flash", "st-info")
     bus.tools.probe("1")
     engaged = joint(bus)
     engaged.enable()
     assert bus.arm.has_torque("j1")
-    for words in ((), ("--swd",)):
-        assert flash(*words) == 2
-        assert "j1 is enabled, and its load may fall" in capsys.readouterr().err
+    for command in (FLASH, f"{FLASH} --swd"):
+        assert "j1 is enabled, and its load may fall" in said.failure(command)
     assert bus.arm.has_torque("j1")
     assert bus.in_bootloader == set()
     assert bus.tools.flash("1") == b""
 
 
-def test_a_board_that_cannot_be_the_joint_is_not_flashed(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_board_that_cannot_be_the_joint_is_not_flashed(arm: MakeArm, said: Said) -> None:
     bus = arm()
     bus.tools.board(SERIALS["j2"])
-    assert flash() == 2
-    err = capsys.readouterr().err
+    err = said.failure(FLASH)
     assert f"j1 answers on the bus, so the board in its bootloader, {SERIALS['j2']}, is" in err
     assert bus.tools.flash(SERIALS["j2"]) == b""
     assert bus.answers("j1")
 
 
-def test_a_joint_without_a_usb_cable_is_reported(
-    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bus = arm()
+@pytest.fixture
+def no_cable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No board appears by USB."""
     monkeypatch.setattr(Bench, "board", lambda *_: None)
     monkeypatch.setattr("bioscara.flashing.dfu._PATIENCE", 0.0)
-    assert flash() == 2
-    out, err = capsys.readouterr()
+
+
+def test_a_joint_without_a_usb_cable_is_reported(no_cable: None, arm: MakeArm, said: Said) -> None:
+    bus = arm()
+    status, out, err = said(FLASH)
+    assert status == 2
     assert "asked to start its bootloader" in out
     assert "no board is in its bootloader: connect the joint's board by USB" in err
     assert not bus.answers("j1")
 
 
 def test_a_board_may_appear_before_its_permissions(
-    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch
+    arm: MakeArm, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.setattr("bioscara.flashing.dfu._PAUSE", 0.0)
     bus = arm()
     bus.tools.trouble(early=3)
-    assert flash() == 0
+    said.output(FLASH)
     assert bus.tools.calls()[:4] == ["dfu-util -d ,0483:df11 -l"] * 4
     assert bus.tools.flash(SERIALS["j1"]) == image(1)
 
 
 def test_a_silent_joint_in_its_bootloader_is_flashed_and_confirmed(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+    arm: MakeArm, said: Said
 ) -> None:
     bus = arm()
     joint(bus).start_bootloader()
     assert not bus.answers("j1")
-    assert flash() == 0
-    out, _ = capsys.readouterr()
+    out = said.output(FLASH)
     assert "not asked for its bootloader: j1 (0x11), HELLO:" in out
     assert "confirmed: j1 answers" in out
 
 
 def test_a_joint_whose_last_answer_is_lost_is_flashed_the_second_time(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+    arm: MakeArm, said: Said
 ) -> None:
     bus = arm()
     bus.lost = True
-    assert flash() == 2
-    assert "j1 (0x11), BOOTLOADER" in capsys.readouterr().err
-    assert flash() == 0
+    assert "j1 (0x11), BOOTLOADER" in said.failure(FLASH)
+    said.output(FLASH)
     assert bus.tools.flash(SERIALS["j1"]) == image(1)
 
 
-def test_an_original_joint_needs_its_boot_button(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_original_joint_needs_its_boot_button(arm: MakeArm, said: Said) -> None:
     bus = arm(v1=True)
-    assert flash() == 2
-    out, err = capsys.readouterr()
+    status, out, err = said(FLASH)
+    assert status == 2
     assert "j1 has protocol 1" in out
     assert "not asked for its bootloader: the original firmware has no request" in out
     assert "hold its BOOT button" in err
     assert bus.answers("j1")
+    with pytest.raises(NotSupportedError, match="j1: the request for the bootloader needs"):
+        joint(bus).start_bootloader()
 
 
 @pytest.mark.parametrize("v1", [False, True])
-def test_a_joint_that_did_not_restart_was_not_flashed(
-    v1: bool, arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_joint_that_did_not_restart_was_not_flashed(v1: bool, arm: MakeArm, said: Said) -> None:
     bus = arm("st-flash", "st-info", v1=v1)
     bus.tools.probe("1")
     bus.has_image("j1", image(1))
-    assert flash("--swd") == 1
-    out, err = capsys.readouterr()
+    status, out, err = said(FLASH, "--swd")
+    assert status == 1
     assert "verified: the flash holds the image" in out
     assert "another board was flashed; check which board the cable is connected to" in err
 
 
 def test_a_joint_that_stays_silent_after_flashing_is_not_confirmed(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+    arm: MakeArm, said: Said
 ) -> None:
     bus = arm("st-flash", "st-info")
     bus.tools.probe("1")
     bus.arm.set_power("j1", False)
-    assert flash("--swd") == 1
-    assert "flashed, but not confirmed: j1 (0x11), HELLO" in capsys.readouterr().err
+    err = said.failure(FLASH, "--swd", status=1)
+    assert "flashed, but not confirmed: j1 (0x11), HELLO" in err
 
 
-def test_only_a_disabled_joint_of_this_firmware_starts_its_bootloader(
-    arm: Callable[..., Arm],
-) -> None:
+def test_only_a_disabled_joint_of_this_firmware_starts_its_bootloader(arm: MakeArm) -> None:
     bus = arm()
     one = joint(bus)
     one.enable()
@@ -299,40 +285,28 @@ def test_only_a_disabled_joint_of_this_firmware_starts_its_bootloader(
     assert one.version == 0
 
 
-def test_an_original_joint_has_no_request_for_its_bootloader(arm: Callable[..., Arm]) -> None:
-    with pytest.raises(NotSupportedError, match="j1: the request for the bootloader needs"):
-        joint(arm(v1=True)).start_bootloader()
-
-
-def test_a_joint_that_has_the_image_is_told_so_and_flashed(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_joint_that_has_the_image_is_told_so_and_flashed(arm: MakeArm, said: Said) -> None:
     bus = arm()
     bus.has_image("j1", image(1))
-    assert flash() == 0
-    out, _ = capsys.readouterr()
+    out = said.output(FLASH)
     assert f"j1 has protocol 2, firmware 0.1, image {ONE}\nj1 already has this image\n" in out
     assert bus.tools.flash(SERIALS["j1"]) == image(1)
 
 
 def test_a_joint_that_runs_another_image_was_not_flashed(
-    arm: Callable[..., Arm],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    arm: MakeArm, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     arm()
     monkeypatch.setattr(Arm, "has_image", lambda *_: None)
-    assert flash() == 1
-    err = capsys.readouterr().err
     assert (
         f"j1 answers with protocol 2, firmware 0.1, image {OLDER:08x}, not restarted with 0.1, "
-        f"image {ONE}: another board was flashed" in err
-    )
+        f"image {ONE}: another board was flashed"
+    ) in said.failure(FLASH, status=1)
 
 
 # All joints, one after the other.
 
-ALL = ["flash", "--all", "--bus", "linux:1"]
+ALL = "flash --all --bus linux:1"
 
 
 def crc(number: int) -> str:
@@ -343,16 +317,11 @@ def flashed(bus: Arm) -> list[str]:
     return [name for name, serial in SERIALS.items() if bus.tools.flash(serial)]
 
 
-def test_all_joints_are_flashed_but_the_one_that_has_its_image(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_all_joints_are_flashed_but_the_one_that_has_its_image(arm: MakeArm, said: Said) -> None:
     bus = arm()
     bus.has_image("j2", image(2))
     bus.arm.set_supply(False)  # Supplied by USB.
-    assert main(ALL) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    lines = out.splitlines()
+    lines = said.output(ALL).splitlines()
     assert lines[:4] == [
         f"image: bioscara-{__version__}-j{number}.bin, j{number}, version 0.1.0, 5000 bytes, "
         f"CRC {crc(number)}"
@@ -384,15 +353,14 @@ def test_all_joints_are_flashed_but_the_one_that_has_its_image(
     for number in JOINTS:
         bus.has_image(f"j{number}", image(number))
     calls = len(bus.tools.calls())
-    assert main(ALL) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == (
+    assert said.output(ALL).splitlines()[-1] == (
         "done: each joint has its image, nothing was written"
     )
     assert len(bus.tools.calls()) == calls + 1
 
 
 def test_a_failure_stops_all_with_what_was_done_and_the_commands_that_go_on(
-    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arm: MakeArm, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     bus = arm()
     board = Bench.board
@@ -402,9 +370,9 @@ def test_a_failure_stops_all_with_what_was_done_and_the_commands_that_go_on(
         tools.trouble(spoils=serial == SERIALS["j3"])
 
     monkeypatch.setattr(Bench, "board", show)
-    assert main(ALL) == 1
-    err = capsys.readouterr().err.splitlines()
-    assert len(err) == 2
+    status, _, error = said(ALL)
+    err = error.splitlines()
+    assert (status, len(err)) == (1, 2)
     assert "j3 is without working firmware now and does not move" in err[0]
     assert "repeat: bioscara flash --joint 3 --bus linux:1" in err[0]
     assert err[1] == (
@@ -414,28 +382,22 @@ def test_a_failure_stops_all_with_what_was_done_and_the_commands_that_go_on(
     assert flashed(bus) == ["j1", "j2", "j3"]
     # The commands that it names go on.
     bus.tools.trouble(spoils=False)
-    assert main(["flash", "--joint", "3", "--bus", "linux:1"]) == 0
-    assert main(ALL) == 0
-    out = capsys.readouterr().out
-    assert out.splitlines()[-1] == "done: j4 flashed and confirmed"
+    said.output("flash --joint 3 --bus linux:1")
+    assert said.output(ALL).splitlines()[-1] == "done: j4 flashed and confirmed"
     assert all(bus.tools.flash(SERIALS[f"j{number}"]) == image(number) for number in JOINTS)
 
 
-def test_a_board_that_does_not_appear_stops_all(
-    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_board_that_does_not_appear_stops_all(no_cable: None, arm: MakeArm, said: Said) -> None:
     bus = arm()
-    monkeypatch.setattr(Bench, "board", lambda *_: None)
-    monkeypatch.setattr("bioscara.flashing.dfu._PATIENCE", 0.0)
-    assert main(ALL) == 1
-    err = capsys.readouterr().err
+    status, _, err = said(ALL)
+    assert status == 1
     assert "no board is in its bootloader" in err
     assert "stopped: none flashed and confirmed, j1, j2, j3, j4 not; go on with" in err
     assert all(bus.answers(f"j{number}") for number in (2, 3, 4))
 
 
 def test_another_board_that_appears_in_between_is_not_written(
-    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arm: MakeArm, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     bus = arm()
     board = Bench.board
@@ -445,19 +407,17 @@ def test_another_board_that_appears_in_between_is_not_written(
         board(tools, "another")
 
     monkeypatch.setattr(Bench, "board", show)
-    assert main(ALL) == 1
-    assert "2 boards are in their bootloader" in capsys.readouterr().err
+    status, _, err = said(ALL)
+    assert status == 1
+    assert "2 boards are in their bootloader" in err
     assert flashed(bus) == []
 
 
-def test_with_a_board_in_its_bootloader_nothing_is_begun(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_with_a_board_in_its_bootloader_nothing_is_begun(arm: MakeArm, said: Said) -> None:
     bus = arm()
     joint(bus, "j3").start_bootloader()
     assert not bus.answers("j3")
-    assert main(ALL) == 2
-    err = capsys.readouterr().err
+    err = said.failure(ALL)
     assert f"a board is in its bootloader already, serial number {SERIALS['j3']}, and of" in err
     assert "press its RESET, or flash it as the joint that it is, as with bioscara flash" in err
     assert flashed(bus) == []
@@ -465,15 +425,13 @@ def test_with_a_board_in_its_bootloader_nothing_is_begun(
 
 
 def test_joints_that_cannot_be_flashed_over_the_bus_are_all_named_before_anything_is_written(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
+    arm: MakeArm, said: Said
 ) -> None:
     bus = arm()
     bus.arm.set_power("j1", False)
     engaged = joint(bus, "j4")
     engaged.enable()
-    assert main(ALL) == 2
-    err = capsys.readouterr().err
-    assert len(err.splitlines()) == 1
+    err = said.failure(ALL)
     assert "j1 (0x11), HELLO" in err
     assert "j4 is enabled, and its load may fall" in err
     assert err.endswith("then repeat: bioscara flash --all --bus linux:1\n")
@@ -481,12 +439,9 @@ def test_joints_that_cannot_be_flashed_over_the_bus_are_all_named_before_anythin
     assert all(bus.answers(name) for name in ("j2", "j3", "j4"))
 
 
-def test_original_joints_are_named_with_their_button(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_original_joints_are_named_with_their_button(arm: MakeArm, said: Said) -> None:
     bus = arm(v1=True)
-    assert main(ALL) == 2
-    err = capsys.readouterr().err
+    err = said.failure(ALL)
     for number in JOINTS:
         assert (
             f"j{number}: the original firmware has no request for the bootloader: connect the "
@@ -496,11 +451,8 @@ def test_original_joints_are_named_with_their_button(
     assert flashed(bus) == []
 
 
-def test_a_missing_image_is_named_before_the_bus_is_opened(
-    arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_image_is_named_before_the_bus_is_opened(arm: MakeArm, said: Said) -> None:
     bus = arm()
     Path(f"bioscara-{__version__}-j3.bin").unlink()
-    assert main(ALL) == 2
-    assert "there is no image for j3 here" in capsys.readouterr().err
+    assert "there is no image for j3 here" in said.refusal(ALL)
     assert bus.tools.calls() == []

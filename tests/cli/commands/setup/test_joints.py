@@ -11,13 +11,13 @@ import pytest
 
 import bioscara.sim
 from bioscara.bus import Bus, Transaction
-from bioscara.cli import main
 from bioscara.errors import CommunicationError
 from bioscara.flashing import image as image_file
 from bioscara.protocol import READ, TRAILER, Register
 from bioscara.protocol.crc import crc8
 from bioscara.sim import FirmwareBus, SimulatedArm
 from bioscara.version import __version__
+from cli.said import Said
 from flashing.images import crc_of, image
 from flashing.told import Told
 
@@ -85,12 +85,10 @@ def line(text: str, name: str) -> str:
     [names for count in (1, 2, 3) for names in itertools.combinations(JOINTS, count)],
 )
 def test_a_mixed_arm_lists_the_firmware_of_each_joint(
-    original: tuple[str, ...], wire: Wire, capsys: pytest.CaptureFixture[str]
+    original: tuple[str, ...], wire: Wire, said: Said
 ) -> None:
     wire(lambda arm: MixedBus(arm, original))
-    assert main(["joints"]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+    out = said.output("joints")
     for name in JOINTS:
         told = line(out, name)
         if name in original:
@@ -102,9 +100,7 @@ def test_a_mixed_arm_lists_the_firmware_of_each_joint(
 
 
 @pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
-def test_joints_that_power_up_late_are_listed(
-    words: list[str], wire: Wire, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_joints_that_power_up_late_are_listed(words: list[str], wire: Wire, said: Said) -> None:
     """Read from in its first 0.6 s, a joint with its original firmware would hang the bus."""
 
     class SwitchedOn(FirmwareBus):
@@ -123,36 +119,32 @@ def test_joints_that_power_up_late_are_listed(
     arms: list[SimulatedArm] = []
     seen: set[int] = set()
     wire(make)
-    assert main(words) == 0
-    out, err = capsys.readouterr()
-    assert err == (
+    status, out, err = said(*words)
+    assert (status, err) == (
+        0,
         "bioscara: no device acknowledges at the address of j3; waiting 1 s, in case the arm was "
-        "just switched on\n"
+        "just switched on\n",
     )
     assert "NOTHOMED NOTENABLED" in line(out, "j3")
 
 
 def test_a_joint_with_newer_firmware_is_listed_with_its_version_and_the_remedy(
-    wire: Wire, capsys: pytest.CaptureFixture[str]
+    wire: Wire, said: Said
 ) -> None:
     wire(lambda arm: NewerBus(arm, 0x12))
-    assert main(["joints"]) == 1
-    out, err = capsys.readouterr()
+    status, out, err = said("joints")
+    assert status == 1
     assert re.search(r"^j2 +0x12 +protocol 3, firmware 1\.7( +-){6}$", line(out, "j2"))
     assert "missing" not in out
     assert err == (
         "bioscara: j2: firmware 1.7 speaks protocol 3, bioscara 0.1.0 1 and 2; install a bioscara "
         "of the firmware's version, or flash this one's: bioscara flash --joint 2\n"
     )
-    assert main(["move", "--joints", "0", "0.2", "0", "0"]) == 2
-    assert "j2: firmware 1.7 speaks protocol 3" in capsys.readouterr().err
+    assert "j2: firmware 1.7 speaks protocol 3" in said.refusal("move --joints 0 0.2 0 0")
 
 
 def test_each_joint_is_listed_with_its_image_and_the_last_exception(
-    wire: Wire,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    wire: Wire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.setattr(image_file, "__file__", str(tmp_path / "src/bioscara/flashing/image.py"))
     monkeypatch.chdir(tmp_path)
@@ -167,9 +159,7 @@ def test_each_joint_is_listed_with_its_image_and_the_last_exception(
         return bus
 
     wire(make)
-    assert main(["joints"]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
+    out = said.output("joints")
     assert re.search(r"no +simulation +power on", line(out, "j1"))
     named = f"{crc_of(image(2)):08x} (bioscara-{__version__}-j2.bin)"
     assert re.search(rf"no +{re.escape(named)} +power on", line(out, "j2"))
@@ -183,7 +173,7 @@ def test_each_joint_is_listed_with_its_image_and_the_last_exception(
 
 
 def test_a_joint_whose_firmware_does_not_tell_its_image_is_listed_without(
-    wire: Wire, capsys: pytest.CaptureFixture[str]
+    wire: Wire, said: Said
 ) -> None:
     def make(arm: SimulatedArm) -> Bus:
         bus = Told(FirmwareBus(arm))
@@ -197,5 +187,4 @@ def test_a_joint_whose_firmware_does_not_tell_its_image_is_listed_without(
         return bus
 
     wire(make)
-    assert main(["joints"]) == 0
-    assert re.search(r"no +unknown +power on +none", line(capsys.readouterr().out, "j3"))
+    assert re.search(r"no +unknown +power on +none", line(said.output("joints"), "j3"))

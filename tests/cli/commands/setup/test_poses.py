@@ -18,6 +18,7 @@ from bioscara.model import load_parameters
 from bioscara.robot.workspace.teach_file import load_table
 from bioscara.robot.workspace.tools import fingers
 from bioscara.sim import FirmwareBus, SimulatedArm
+from cli.said import Said
 
 PARAMETERS = load_parameters()
 JOINTS = ("0.3", "0.1", "0.8", "-0.4")
@@ -27,28 +28,6 @@ JOINTS = ("0.3", "0.1", "0.8", "-0.4")
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     return tmp_path / "poses.yaml"
-
-
-def test_a_pose_is_saved_listed_shown_and_deleted(
-    elsewhere: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["poses", "list"]) == 0
-    assert "poses.yaml does not exist" in capsys.readouterr().out
-    assert main(["poses", "save", "plate", "--joints", *JOINTS, "--calibration", "7 b"]) == 0
-    assert main(["poses", "save", "gate", "--pose", "0.35", "0.25", "0.2", "0.5"]) == 0
-    capsys.readouterr()
-    assert main(["poses", "list"]) == 0
-    out = capsys.readouterr().out
-    assert re.search(
-        r"^plate +\+0\.3000 \+0\.1000 \+0\.8000 -0\.4000 +\+0\.5351 .* 7 b$", out, re.M
-    )
-    assert re.search(r"^gate +- +\+0\.3500 \+0\.2500 \+0\.2000 \+0\.5000 +fingers +-$", out, re.M)
-    assert re.search(r"^center ", out, re.M)
-    assert main(["poses", "show", "gate"]) == 0
-    assert re.search(r"reachable +yes", capsys.readouterr().out)
-    assert main(["poses", "delete", "plate"]) == 0
-    table = load_table(elsewhere, fingers(PARAMETERS))
-    assert [pose.name for pose in table.poses] == ["gate"]
 
 
 @pytest.mark.parametrize(
@@ -77,17 +56,11 @@ def test_a_pose_is_saved_listed_shown_and_deleted(
         ("list --table .", "directory"),
     ],
 )
-def test_a_refusal_changes_nothing(
-    words: str, complaint: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_refusal_changes_nothing(words: str, complaint: str, elsewhere: Path, said: Said) -> None:
     assert main(["poses", "save", "plate", "--joints", *JOINTS]) == 0
     before = elsewhere.read_bytes()
-    capsys.readouterr()
-    assert main(["poses", *words.split()]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+    err = said.refusal(f"poses {words}")
     assert complaint in err
-    assert len(err.splitlines()) == 1
     assert elsewhere.read_bytes() == before
     assert [path.name for path in elsewhere.parent.iterdir()] == ["poses.yaml"]
 
@@ -132,11 +105,8 @@ def test_poses_saved_concurrently_are_all_kept(elsewhere: Path) -> None:
 @pytest.mark.parametrize(
     "words", ["plan --name plate", "poses show plate", "plan --name center --tool needle"]
 )
-def test_an_unknown_name_without_a_file_mentions_the_missing_file(
-    words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(words.split()) == 2
-    assert "poses.yaml does not exist; name another file with --table" in capsys.readouterr().err
+def test_an_unknown_name_without_a_file_mentions_the_missing_file(words: str, said: Said) -> None:
+    assert "poses.yaml does not exist; name another file with --table" in said.refusal(words)
 
 
 @pytest.mark.parametrize(
@@ -144,21 +114,15 @@ def test_an_unknown_name_without_a_file_mentions_the_missing_file(
     ["poses list", "poses show center", "plan --name center", "move --pose 0.45 -0.2 0.25 0",
      "view --name center", "poses delete plate"],
 )  # fmt: skip
-def test_a_named_table_that_is_missing_is_an_error(
-    words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([*words.split(), "--table", "nowhere.yaml"]) == 2
-    out, err = capsys.readouterr()
-    assert (out, len(err.splitlines())) == ("", 1)
-    assert "nowhere.yaml" in err
+def test_a_named_table_that_is_missing_is_an_error(words: str, said: Said) -> None:
+    assert "nowhere.yaml" in said.refusal(words, "--table", "nowhere.yaml")
     assert not Path("nowhere.yaml").exists()
 
 
-def test_a_named_table_is_created_by_saving(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_named_table_is_created_by_saving(said: Said) -> None:
     words = ["poses", "save", "plate", "--joints", "0.3", "0.1", "0.8", "-0.4"]
     assert main([*words, "--table", "new.yaml"]) == 0
-    assert main(["poses", "show", "plate", "--table", "new.yaml"]) == 0
-    assert "from new.yaml" in capsys.readouterr().out
+    assert "from new.yaml" in said.output("poses show plate --table new.yaml")
 
 
 @pytest.mark.parametrize("name", ["x" * 300 + ".png", "poses.yaml/a.png"])
@@ -174,13 +138,9 @@ def test_a_named_table_is_created_by_saving(capsys: pytest.CaptureFixture[str]) 
         "poses delete a --table",
     ],
 )
-def test_an_inaccessible_file_is_named(
-    words: str, name: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_inaccessible_file_is_named(words: str, name: str, elsewhere: Path, said: Said) -> None:
     elsewhere.write_text("")
-    assert main([*words.split(), name]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+    err = said.refusal(words, name)
     assert re.search(
         f"^bioscara: {name}.*(File name too long|Not a directory|there is no folder)", err
     )
@@ -196,9 +156,8 @@ def test_a_closed_standard_output_prevents_nothing(
 
 
 def test_the_position_of_an_arm_that_is_not_homed_cannot_be_saved(
-    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+    elsewhere: Path, said: Said
 ) -> None:
-    assert main(["poses", "save", "here", "--bus", "sim"]) == 2
-    assert "j1 is not homed" in (told := capsys.readouterr().err)
+    assert "j1 is not homed" in (told := said.refusal("poses save here --bus sim"))
     assert "'bioscara home' homes the arm" in told
     assert not elsewhere.exists()
