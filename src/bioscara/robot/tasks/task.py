@@ -77,7 +77,7 @@ class Task(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
 
 
 class PlannedMotion(Task, frozen=True, kw_only=True):
-    """A motion that is planned, then followed.
+    """A motion that is planned, then followed: by the planner's method of its name.
 
     Attributes:
         velocity_scaling: Share of the speed limits to use, 0.001 to 1.
@@ -91,7 +91,8 @@ class PlannedMotion(Task, frozen=True, kw_only=True):
 
     def plan(self, planner: Planner) -> Plan:
         """Return the plan from where the arm is; nothing moves."""
-        raise NotImplementedError
+        plan: Plan = getattr(planner, self.kind())(**msgspec.structs.asdict(self))
+        return plan
 
     def operation(self, arm: Arm, conditions: Conditions) -> FollowTrajectory:  # noqa: ARG002
         """Return the operation that plans and follows it."""
