@@ -72,20 +72,23 @@ WITH_ROS2 := $(shell $(PYTHON) -c 'import platform, sys; print(int(sys.platform 
 PYTEST := $(BIN)/python -m pytest -n $(shell $(PYTHON) -c 'import os; print(os.cpu_count() or 1)' 2>/dev/null) \
     --dist worksteal --ignore-glob='$(EMULATED)' $(if $(CI),--durations=25)
 
+# The tests that failed are named once more at the end, below the output of the runs after theirs.
+COLLECT_FAILED := export BIOSCARA_FAILED=$${BIOSCARA_FAILED:-$$(mktemp)};
+
 # The browser is apart from the first tests: its library keeps an event loop running in their process.
 test: $(VENV)/.dev
-	@status=0; \
+	@status=0; $(COLLECT_FAILED) \
 	$(PYTEST) -m 'not (realtime or ros or browser)' || status=1; \
 	$(PYTEST) -m 'realtime or path' tests || status=1; \
 	$(MAKE) --no-print-directory page-tests || status=1; \
-	exit $$status
+	cat $$BIOSCARA_FAILED; exit $$status
 
 test-all: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
-	@status=0; \
+	@status=0; $(COLLECT_FAILED) \
 	$(MAKE) --no-print-directory test || status=1; \
 	$(PYTEST) -m '(ros or browser) and not path' tests || status=1; \
 	$(MAKE) --no-print-directory firmware-check || status=1; \
-	exit $$status
+	cat $$BIOSCARA_FAILED; exit $$status
 
 # Of the functions of the page that compute and touch nothing else.
 page-tests:

@@ -81,6 +81,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Print the repeated tests at the end, and once the programs that are missing."""
     tell_what_was_repeated(terminalreporter)
+    path = os.environ.get("BIOSCARA_FAILED")
+    if path and not hasattr(terminalreporter.config, "workerinput"):
+        failed = terminalreporter.getreports("failed") + terminalreporter.getreports("error")
+        with Path(path).open("a", encoding="utf-8") as file:
+            for report in failed:
+                crash = getattr(report.longrepr, "reprcrash", None)
+                reason = str(report.longrepr) if crash is None else crash.message
+                print(f"FAILED {report.nodeid}:", *reason.splitlines()[:1], file=file)
     reasons = [
         report.longrepr[2] for report in terminalreporter.getreports("skipped")
         if isinstance(report.longrepr, tuple)

@@ -121,7 +121,7 @@ def simulated_bus(
     """
     options = seed, v1 if isinstance(v1, bool) else frozenset(v1), controllers_fed, frequency
     where = tuple({**NEAR, **(positions or {})}.items())
-    arm = _copy(_homed(*options, where, tuple(at or ()))) if homed else _arm(*options, where)
+    arm = copied(_homed(*options, where, tuple(at or ()))) if homed else _arm(*options, where)
     return SimulatedBus(arm, FaultyBus(FirmwareBus(arm), seed=seed, clock=arm.clock))
 
 
@@ -158,8 +158,8 @@ def _homed(*made: Any) -> SimulatedArm:
     return arm
 
 
-def _copy(arm: SimulatedArm) -> SimulatedArm:
-    """Return another arm in the same state."""
+def copied(arm: SimulatedArm) -> SimulatedArm:
+    """Return another arm in the same state, which goes on by itself."""
     made = copy(arm)
     made._arm = type(arm._arm)(arm._arm)
     made.clock = SimulatedClock(made._arm.now, made.run)

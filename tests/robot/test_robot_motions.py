@@ -361,16 +361,6 @@ def test_a_jog_that_starts_in_a_zone_is_refused_and_changes_nothing(robot: Robot
     assert near(robot.pose, HERE)
 
 
-def test_a_source_that_raises_leaves_the_arm_at_rest(robot: Robot) -> None:
-    robot.move_to(HERE)
-    with pytest.raises(InvalidArgumentError):
-        jog(robot, ToolVelocity(x=math.nan), 1.0)
-    with pytest.raises(InvalidArgumentError):
-        jog(robot, ToolVelocity(x=50.0), 1.0)
-    assert max(map(abs, robot.state.velocities)) < 0.02
-    assert near(robot.pose, HERE)
-
-
 def test_the_speed_can_be_changed_in_motion(robot: Robot) -> None:
     def duration(speed: float) -> float:
         robot.move_joints((0.0, 0.2, 0.0, 0.0))

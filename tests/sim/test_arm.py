@@ -7,6 +7,7 @@ import struct
 import pytest
 
 from bioscara.bus import Transaction
+from bioscara.drivers import Joint
 from bioscara.errors import (
     BusTimeoutError,
     InvalidArgumentError,
@@ -15,6 +16,7 @@ from bioscara.errors import (
 from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from firmware.host import Host
+from simulated import ARM, copied, simulated_bus
 
 PING = Transaction(0x11, b"\x0f", 2)
 HELLO = b"\xc0\x01"
@@ -115,3 +117,20 @@ def test_invalid_arguments_are_refused() -> None:
     ):
         with pytest.raises(InvalidArgumentError):
             wish()
+
+
+@pytest.mark.parametrize("v1", [False, True])
+def test_a_copy_goes_on_as_its_original_and_apart_from_it(v1: bool) -> None:
+    first = simulated_bus(seed=3, v1=v1, homed=True).arm
+    second = copied(first)
+    ends = []
+    for arm in (first, second):
+        before = second.position("j1")
+        joint = Joint(FirmwareBus(arm), arm.clock, ARM.joints[0])
+        joint.init()
+        joint.enable()
+        microstep = joint.feedback.transmission.microsteps_to_displacement(1)
+        joint.move_steps(round(-0.05 * joint.get_position() / microstep))
+        assert (second.position("j1") == before) is (arm is first)
+        ends.append((arm.now(), arm.position("j1"), arm.field("j1"), joint.get_position()))
+    assert ends[0] == ends[1]

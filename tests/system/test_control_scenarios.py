@@ -24,7 +24,6 @@ from bioscara.errors import (
 )
 from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
-from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.connection.stack import HOLD, TRAJECTORY
 from flight_records import read_record
@@ -67,9 +66,6 @@ class Scene:
 
         self.robot.move_joints(GOAL, velocity_scaling=speed, on_cycle=observe)
 
-    def fields(self) -> list[float]:
-        return [self.arm.field(name) for name in NAMES]
-
     def moves(self) -> bool:
         return any(
             abs(self.arm.velocity(name)) > 0.02 * LIMITS[name].max_velocity for name in NAMES
@@ -85,8 +81,6 @@ class Scene:
 
 
 SLOWEST = max(joint.max_velocity / joint.max_acceleration for joint in ARM.joints)
-STANDSTILL = 128.0
-"""Largest correction of a joint at rest [microsteps]: half of a full step."""
 PULL_OUT = 512.0
 """Lead of the field at which a rotor loses it [microsteps]; no stall threshold is below it."""
 SWING = 0.25
@@ -142,32 +136,6 @@ def kill(scene: Scene) -> None:
     with pytest.raises(KilledError):
         scene.move(die, random.Random(scene.arm.now()).uniform(0.2, 1.0))
     scene.killed = True
-
-
-def test_host3_the_joints_of_a_host_that_died_stop_and_the_next_comes_up_faulted_and_motionless(
-    scene: Scene,
-) -> None:
-    kill(scene)
-    assert scene.seconds_to_rest() < SILENCE + SLOWEST + SWING
-    scene.bus.clear()
-    scene.arm.run(0.2)
-    before = scene.fields()
-    with scene.host() as again:
-        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
-        assert [(fault.kind, fault.source) for fault in again.faults] == [
-            (FaultKind.SETPOINT_LOST, name) for name in NAMES
-        ]
-        with pytest.raises(FaultedError, match="SETPOINT_LOST"):
-            again.enable()
-        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
-        again.acknowledge()
-        again.recover()
-        scene.arm.run(0.2)
-        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
-        again.enable()
-        assert [axis.homed for axis in again._arm.session.hardware.axes] == [True] * 4
-        again.move_joints(GOAL)
-    assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
 
 def test_host5_an_arm_whose_computer_froze_waits_at_rest_for_as_long_as_it_takes(

@@ -136,18 +136,6 @@ def test_bus4_the_answer_of_another_joint_is_not_believed() -> None:
         assert scene.time_until_rest("j4") < 1.0
 
 
-def test_bus5_a_stuck_bus_leaves_joints_that_stop_by_themselves() -> None:
-    with Scene() as scene:
-        with pytest.raises(CommunicationError):
-            scene.follow(scene.bus.stuck)
-        for name in NAMES:
-            assert scene.time_until_rest(name) < SILENCE + 1.0
-        scene.bus.clear()
-        for joint in scene.robot.joints:
-            joint.init()
-            assert joint.get_fault().fault == Fault.SETPOINT_LOST.name
-
-
 @pytest.mark.parametrize("stretch", [0.0002, 0.05])
 def test_bus6_short_stretches_are_lived_with_and_long_ones_stop_the_arm(stretch: float) -> None:
     with Scene() as scene:

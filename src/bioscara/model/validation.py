@@ -151,7 +151,7 @@ def _not_zero(value: object) -> object:
 
 def _not_empty(value: object) -> object:
     if isinstance(value, list | tuple) and not value:
-        raise ValueError("Value should have at least 1 item after validation, not 0")
+        raise ValueError("it must have at least one value")
     return value
 
 

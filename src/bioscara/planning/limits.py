@@ -16,23 +16,23 @@ SLOWEST = 1e-3
 """Least speed share of a motion: with it, a motion of one second takes a quarter of an hour."""
 
 
-def check_share(speed: float, name: str = "velocity_scaling") -> float:
+def check_share(share: float, name: str = "velocity_scaling") -> float:
     """Check a share of a limit and return it.
 
     Args:
-        speed: From :data:`SLOWEST` to 1.
+        share: From :data:`SLOWEST` to 1.
         name: Its name in messages.
 
     Raises:
         InvalidArgumentError: It is outside that range.
     """
-    speed = number(name, speed)
-    if not SLOWEST <= speed <= 1.0:
+    share = number(name, share)
+    if not SLOWEST <= share <= 1.0:
         what = "acceleration" if name.startswith("acceleration") else "speed"
         raise InvalidArgumentError(
-            f"{name} {speed} is outside {SLOWEST:g} .. 1; it is a share of the highest {what}"
+            f"{name} {share} is outside {SLOWEST:g} .. 1; it is a share of the highest {what}"
         )
-    return speed
+    return share
 
 
 class JointLimits(PositionLimits, Protocol):

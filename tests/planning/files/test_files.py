@@ -18,6 +18,7 @@ from bioscara.planning import Trajectory, check, fit, point_to_point, read, writ
 from bioscara.planning.files import trajectory_file
 from bioscara.planning.files.ros_message_parser import ITEMS_MAX
 from bioscara.planning.files.ros_yaml import trajectory_of_message
+from entries import entry
 from planning.limits import LIMITS, NAMES
 
 DATA = Path(__file__).parents[2] / "data"
@@ -92,13 +93,14 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_trajectory_is_read_out_of_the_messages_that_people_paste(shape: str) -> None:
-    trajectory, notes = trajectory_of_message(SHAPES[shape] + "\n")
-    assert notes == ()
-    assert trajectory.joint_names == ("j1", "j2")
-    assert trajectory.times.tolist() == [1.0, 2.5]
-    assert trajectory.positions.tolist() == [[0.1, 0.2], [0.2, 0.2]]
+def test_a_trajectory_is_read_out_of_the_messages_that_people_paste() -> None:
+    for shape, text in SHAPES.items():
+        with entry(shape):
+            trajectory, notes = trajectory_of_message(text + "\n")
+            assert notes == ()
+            assert trajectory.joint_names == ("j1", "j2")
+            assert trajectory.times.tolist() == [1.0, 2.5]
+            assert trajectory.positions.tolist() == [[0.1, 0.2], [0.2, 0.2]]
 
 
 def test_tolerances_of_a_goal_are_said_to_have_no_effect() -> None:
@@ -213,9 +215,8 @@ def test_a_csv_without_suffixes_means_positions(tmp_path: Path) -> None:
     assert trajectory.sample(1.0).positions == pytest.approx((0.25, 0.11))
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "words"),
-    [
+def test_a_broken_file_is_named_with_its_error(tmp_path: Path) -> None:
+    for name, text, words in (
         ("empty.yaml", "", "is empty"),
         ("blank.csv", "\n \n", "is empty"),
         ("list.yaml", "[1, 2]", "not a set of fields"),
@@ -266,16 +267,13 @@ def test_a_csv_without_suffixes_means_positions(tmp_path: Path) -> None:
         ("cut.csv", "time,j1\n0,0\n1,0.12", "last line has no line end"),
         ("order.csv", "time,j1\n1,0\n0.5,0\n", "times must increase"),
         ("none.csv", "time,j1\n", "at least one point"),
-    ],
-)
-def test_a_broken_file_is_named_with_its_error(
-    tmp_path: Path, name: str, text: str, words: str
-) -> None:
-    path = tmp_path / name
-    path.write_text(text)
-    with pytest.raises(TrajectoryError, match=words) as caught:
-        read(path)
-    assert str(path) in str(caught.value)
+    ):
+        with entry(name):
+            path = tmp_path / name
+            path.write_text(text)
+            with pytest.raises(TrajectoryError, match=words) as caught:
+                read(path)
+            assert str(path) in str(caught.value)
 
 
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:

@@ -324,13 +324,15 @@ def test_a_share_for_each_segment_is_the_share_for_all_where_they_are_equal():
     here = ARM.forward(START)
     segments = [Line(here, A), Line(A, B)]
     path = rounded(segments, [0.01]).path
-    one = parameterise(ARM, path, START, LIMITS, speed=0.4)
-    each = parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4, 0.4])
+    one = parameterise(ARM, path, START, LIMITS, velocity_scaling=0.4)
+    each = parameterise(ARM, path, START, LIMITS, velocity_scaling=[0.4, 0.4, 0.4])
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
-    with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 segments"):
-        parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
+    with pytest.raises(
+        InvalidArgumentError, match="2 shares of the speed do not fit the 3 segments"
+    ):
+        parameterise(ARM, path, START, LIMITS, velocity_scaling=[0.4, 0.4])
     with pytest.raises(InvalidArgumentError, match=r"velocity_scaling 1.5 is outside"):
-        parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])
+        parameterise(ARM, path, START, LIMITS, velocity_scaling=[0.4, 1.5, 1.0])
 
 
 def test_a_sequence_with_stops_is_its_motions_planned_one_by_one():

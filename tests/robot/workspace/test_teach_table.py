@@ -23,6 +23,7 @@ from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import BUILT_IN, NamedPose, TeachTable
 from bioscara.robot.workspace.teach_file import changing, load_table, save_table
 from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
+from entries import entry
 
 PARAMETERS = load_parameters()
 FINGERS = fingers(PARAMETERS)
@@ -139,9 +140,8 @@ def test_frames_have_names() -> None:
         TABLE.with_frame(Pose(0.1, 0.2, 0.3))
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "complaint"),
-    [
+def test_an_error_names_its_line(tmp_path: Path) -> None:
+    for old, new, line, complaint in (
         (
             "schema: 1",
             "schema: 3",
@@ -191,17 +191,14 @@ def test_frames_have_names() -> None:
         ("    tool: needle", "    calibration: 2026-11-03", 7, "calibration"),
         ("    tool: needle\n", "    tool: needle\n    tool: needle\n", 8, "duplicate key"),
         ("j3: 0.8", "j3: [", 6, ""),
-    ],
-)
-def test_an_error_names_its_line(
-    old: str, new: str, line: int, complaint: str, tmp_path: Path
-) -> None:
-    assert old in GOOD
-    with pytest.raises(ConfigurationError) as caught:
-        load_table(written(tmp_path, GOOD.replace(old, new, 1)), FINGERS)
-    assert complaint in str(caught.value)
-    if complaint:
-        assert f"poses.yaml, line {line}: " in str(caught.value)
+    ):
+        with entry(old):
+            assert old in GOOD
+            with pytest.raises(ConfigurationError) as caught:
+                load_table(written(tmp_path, GOOD.replace(old, new, 1)), FINGERS)
+            assert complaint in str(caught.value)
+            if complaint:
+                assert f"poses.yaml, line {line}: " in str(caught.value)
 
 
 @pytest.mark.parametrize("text", ["[" * 1000 + "\n", "&a [*a]\n", "7\n", "a\0b\n", "- 1\n"])

@@ -32,7 +32,6 @@ from bioscara.errors import (
     BusyOwnerError,
     ConfigurationError,
     InvalidArgumentError,
-    LeaseError,
     ProtocolError,
 )
 from bioscara.robot import tasks
@@ -102,7 +101,7 @@ def refusal(client: RawClient) -> Exception:
     return error_of(message.failure)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.usefixtures("served")
 def test_garbage_ends_its_connection_alone(seed: int) -> None:
     with RawClient(greet=False) as client:
@@ -412,51 +411,6 @@ def test_whatever_is_answered_later_is_limited(
                 assert answer.failure.error == "BusyOwnerError"
             else:
                 assert isinstance(answer, m.Response)
-
-
-def test_yesterdays_epoch_commands_nothing(served: Served) -> None:
-    with RawClient("old") as old, RawClient("new") as new:
-        former = old.acquire()
-        epoch = new.acquire(force=True)
-        goals = served.owner.goals.last
-        for command in (
-            m.Start(task=tasks.Home()),
-            m.SetSpeedOverride(1.0),
-            m.RenewLease(),
-            m.ReleaseLease(),
-            m.Cancel(1),
-            m.EndJog(1),
-        ):
-            for wrong in (former, epoch, None, epoch + 1, -1):
-                with pytest.raises(LeaseError):
-                    old.request(command, wrong)
-            with pytest.raises(LeaseError):
-                new.request(command, former)
-        assert served.owner.goals.last == goals
-        new.request(m.ReleaseLease(), epoch)
-        with pytest.raises(LeaseError):
-            old.request(m.Start(task=tasks.Home()), former)
-        assert old.acquire() > epoch
-        old.request(m.ReleaseLease(), old.acquire())
-
-
-def test_two_takeovers_at_once_have_one_winner(served: Served) -> None:
-    with RawClient("a") as a, RawClient("b") as b:
-        for _ in range(20):
-            numbers = [client.begin(m.AcquireLease(force=True)) for client in (a, b)]
-            answers = [client.answer(each) for client, each in zip((a, b), numbers, strict=True)]
-            epochs = []
-            for answer in answers:
-                assert isinstance(answer, m.Response)
-                assert isinstance(answer.result, m.LeaseState)
-                epochs.append(answer.result.lease.epoch)
-            assert abs(epochs[0] - epochs[1]) == 1
-            winner, loser = (a, b) if epochs[0] > epochs[1] else (b, a)
-            winner.request(m.SetSpeedOverride(1.0), max(epochs))
-            with pytest.raises(LeaseError):
-                loser.request(m.SetSpeedOverride(0.5), min(epochs))
-        winner.request(m.ReleaseLease(), max(epochs))
-    assert served.robot.speed_override == 1.0
 
 
 @pytest.mark.usefixtures("served")

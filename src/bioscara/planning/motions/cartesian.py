@@ -40,7 +40,7 @@ def linear(
     goal = _reachable(kinematics, start, goal)
     path = Line(kinematics.forward(start), goal)
     return parameterise(
-        kinematics, path, start, limits, tool, speed=velocity_scaling, window=window
+        kinematics, path, start, limits, tool, velocity_scaling=velocity_scaling, window=window
     )
 
 
@@ -74,7 +74,7 @@ def circular(
     goal = _reachable(kinematics, start, goal)
     path = Arc.through(kinematics.forward(start), via, goal)
     return parameterise(
-        kinematics, path, start, limits, tool, speed=velocity_scaling, window=window
+        kinematics, path, start, limits, tool, velocity_scaling=velocity_scaling, window=window
     )
 
 

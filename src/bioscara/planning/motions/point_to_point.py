@@ -48,12 +48,12 @@ def point_to_point(
         InvalidArgumentError: The share is outside its range, or a value is not a number.
         TrajectoryError: The goal is outside the position limits, or start or goal is not finite.
     """
-    speed = check_share(velocity_scaling)
+    share = check_share(velocity_scaling)
     start, goal = _plain("start", start, limits), _plain("goal", goal, limits)
     _require_sizes(joint_names, start, goal, limits)
     for limit, there in zip(limits, goal, strict=True):
         _require_inside(limit, "goal", there)
-    bounds = [_bounds(limit, speed) for limit in limits]
+    bounds = [_bounds(limit, share) for limit in limits]
     ways = [there - here for here, there in zip(start, goal, strict=True)]
     duration = max(least_duration(way, bound) for way, bound in zip(ways, bounds, strict=True))
     pieces = [
@@ -90,9 +90,9 @@ def _require_inside(limit: JointLimits, what: str, value: float) -> None:
         )
 
 
-def _bounds(limit: JointLimits, speed: float = 1.0) -> Bounds:
+def _bounds(limit: JointLimits, share: float = 1.0) -> Bounds:
     return Bounds(
-        speed * limit.max_velocity, speed**2 * limit.max_acceleration, speed**3 * limit.max_jerk
+        share * limit.max_velocity, share**2 * limit.max_acceleration, share**3 * limit.max_jerk
     )
 
 

@@ -85,7 +85,13 @@ def sequence(
             with about(first, path.corners):
                 speeds = _speeds(run, path)
                 motion = parameterise(
-                    kinematics, path.path, joints, limits, tool, speed=speeds, window=window
+                    kinematics,
+                    path.path,
+                    joints,
+                    limits,
+                    tool,
+                    velocity_scaling=speeds,
+                    window=window,
                 )
         trajectories.append(motion)
         joints = Joints(*motion.positions[-1].tolist())

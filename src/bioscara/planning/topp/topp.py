@@ -69,7 +69,7 @@ def parameterise(
     limits: Sequence[JointLimits],
     tool: ToolLimits | None = None,
     *,
-    speed: float | Sequence[float] = 1.0,
+    velocity_scaling: float | Sequence[float] = 1.0,
     window: float = 0.0,
 ) -> Trajectory:
     """Return the fastest motion of the tool along a path, from rest to rest.
@@ -84,8 +84,8 @@ def parameterise(
         start: Joints at the path's beginning [rad, m, rad, rad]; the elbow stays on their side.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of the speed to use, 0.001 to 1: the same motion in 1/speed times the
-            duration. One share, or one for each segment of the path between its breaks.
+        velocity_scaling: Share of the speed to use, 0.001 to 1: the same motion takes the inverse
+            of it as long. One share, or one for each segment of the path between its breaks.
         window: Window over which speeds along the path are averaged [s]; 0 for no averaging.
 
     Returns:
@@ -93,13 +93,13 @@ def parameterise(
         1e-6 of it.
 
     Raises:
-        InvalidArgumentError: The speed is outside its range, or a value is not finite.
+        InvalidArgumentError: The share is outside its range, or a value is not finite.
         UnreachableError: The start is outside limits.
         PathError: The arm cannot reach or pass a point on the path.
         TrajectoryError: The path does not begin at the start.
     """
     tool = ToolLimits() if tool is None else tool
-    shares = _shares(path, speed)
+    shares = _shares(path, velocity_scaling)
     highest, shares = float(shares.max()), shares / shares.max()
     check_start(kinematics, path, start)
     part = regular_part(kinematics, path, start)
@@ -165,13 +165,13 @@ def _cut(grid: Array, parts: Index) -> Array:
     return np.append(grid[piece] + np.diff(grid)[piece] * (part / parts[piece]), grid[-1])
 
 
-def _shares(path: Path, speed: float | Sequence[float]) -> Array:
-    """Return the speed share of each segment between the breaks of a path."""
+def _shares(path: Path, scaling: float | Sequence[float]) -> Array:
+    """Return the share of the speed on each segment between the breaks of a path."""
     segments = len(path.breaks) + 1
-    shares = np.full(segments, speed) if np.ndim(speed) == 0 else np.array(speed)
+    shares = np.full(segments, scaling) if np.ndim(scaling) == 0 else np.array(scaling)
     if shares.shape != (segments,):
         raise InvalidArgumentError(
-            f"{len(shares)} shares of speed do not fit the {segments} segments of the path"
+            f"{len(shares)} shares of the speed do not fit the {segments} segments of the path"
         )
     for share in shares.tolist():
         check_share(share)
