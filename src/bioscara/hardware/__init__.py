@@ -4,7 +4,7 @@ Begin with ``arm``, the joints of one bus, and ``axis``, one of them; ``gripper`
 ``component`` implements their lifecycle, ``interfaces`` the handles shared with controllers.
 ``mode_switching`` changes the joints' command modes, ``cyclic_io`` exchanges with them in each
 cycle, ``safe_stop`` brings them to rest despite any failure. ``urdf`` reads a robot
-description, ``urdf_joints`` its joints.
+description, ``urdf_joints`` its joints, ``link_frames`` the poses of its links.
 """
 
 from bioscara.hardware.arm import ArmHardware as ArmHardware

@@ -75,7 +75,7 @@ def same(found: Any, given: Any) -> bool:
 
 @given(samples, st.integers(0, 2**31 * 10**9 - 1))
 def test_a_sample_is_read_as_it_was(sample: StateSample, stamp: int) -> None:
-    made = SampleMessages(NAMES, ())
+    made = SampleMessages(NAMES, None)
     made.encode(sample, 1)
     found = {topic: decoded(topic, data) for topic, data in made.encode(sample, stamp)}
     for message in found.values():
