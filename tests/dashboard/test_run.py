@@ -177,7 +177,7 @@ def test_the_speed_is_overridden_and_its_reduction_released_in_two_presses(
     wait_until(lambda: left.robot.speed_override == 1.0, "the speed is set")
     speed.get_by_role("button", name="Release the reduced speed", exact=True).click()
     assert left.robot.reduced_speed
-    assert "nobody is within its reach" in speed.inner_text()
+    assert "nobody is within its reach" in speed.inner_text()  # type: ignore[call-arg]
     speed.get_by_role("button", name="Release the reduced speed now").click()
     wait_until(lambda: not left.robot.reduced_speed, "the speed is released")
     speed.get_by_role("button", name="Reduce the speed").click()
@@ -238,7 +238,7 @@ def test_a_load_is_grasped_with_its_size_and_released(page: Page, left: Site) ->
 def test_disabling_says_what_it_means_and_one_joint_is_homed_alone(page: Page, left: Site) -> None:
     power = part(page, "Power and homing")
     power.get_by_role("button", name="Disable", exact=True).click()
-    assert "may sink" in power.inner_text()
+    assert "may sink" in power.inner_text()  # type: ignore[call-arg]
     power.get_by_role("button", name="Disable now").click()
     wait_until(lambda: not left.robot.is_enabled, "the joints are disabled")
     rests(left)

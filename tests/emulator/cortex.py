@@ -13,6 +13,7 @@ import ctypes
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import unicorn as u
 from unicorn import arm_const as arm
@@ -213,7 +214,7 @@ class Cpu:
         elif clock.why not in {DEADLINE, UNMASKED}:
             raise EmulationError(f"the core stopped at {self.pc:#x} for no known reason")
 
-    def _interrupted(self, engine: u.Uc, number: int, _: object) -> None:
+    def _interrupted(self, engine: Any, number: int, _: object) -> None:
         self._trap = number
         engine.emu_stop()
 

@@ -47,7 +47,7 @@ def test_pairs_left_out_keep_the_margin_during_the_motion(seed: int) -> None:
 @settings(max_examples=examples(12))
 def test_no_point_of_the_arm_moves_further_than_its_reach_allows(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    load = Prism(
+    load = Prism(  # type: ignore[call-arg]
         *rng.uniform(-0.1, 0.1, 2), *rng.uniform(0.0, 0.2, 2), -0.1, 0.0, 0.01, rng.uniform(-3, 3)
     )
     bodies = arm_of(ARM.geometry, ARM.tool, (Body("load", WRIST, (load,)),), WIDTHS)

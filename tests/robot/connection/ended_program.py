@@ -125,6 +125,7 @@ def forking() -> None:
                 call()
             except BioscaraError as error:
                 say(f"refused: {type(error).__name__}: {error}")
+        say(f"open {robot.is_open}")
         robot.close()
         signal.raise_signal(signal.SIGHUP) if os.fork() == 0 else os.wait()
         os.write(writing, b"done")

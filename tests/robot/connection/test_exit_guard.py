@@ -196,6 +196,7 @@ def test_a_forked_child_does_nothing_to_the_arm_of_its_parent(
     text = f"refused: NotInitializedError: the robot belongs to process {process.pid}, from which"
     for _ in range(10):
         assert text in wait_for_line(process, "refused")
+    wait_for_line(process, "open False")
     wait_for_line(process, "forked False")
     # A copy of the connection in the child, which lives on, would keep the arm from the next host.
     process.kill()
