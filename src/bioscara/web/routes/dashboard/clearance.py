@@ -17,7 +17,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
 
     @app.get(
         "/api/clearance",
-        response_class=Response,
         summary="The nearest pair of bodies, at the end of the last control cycle.",
         responses=answers(Clearance),
     )

@@ -52,7 +52,6 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
 
     @app.get(
         "/api/recordings",
-        response_class=Response,
         summary="The recordings of the arm, newest first.",
         responses=answers(RecordingEntry, many=True),
     )
@@ -61,7 +60,6 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
 
     @app.get(
         "/api/recordings/{name}",
-        response_class=Response,
         summary="A recording as an MCAP file, by a name of the list.",
         responses={200: {"content": {MEDIA_TYPE: {}}}},
     )
@@ -83,7 +81,6 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
 
     @app.get(
         "/api/recordings/{name}/samples",
-        response_class=Response,
         summary="Evenly chosen samples of a recording.",
         responses=verdicts(RecordedSamples),
     )
