@@ -6,8 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf import SIZE_MAX, Urdf

@@ -18,8 +18,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
-from control.control_stack import NAMES, PARAMETERS
-from control.control_stack import World as Stack
+from control.control_stack import NAMES, PARAMETERS, World as Stack
 from simulated import World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])

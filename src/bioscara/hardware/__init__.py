@@ -9,12 +9,16 @@ description, ``urdf_joints`` its joints, ``link_frames`` the poses of its links.
 
 from bioscara.hardware.arm import ArmHardware as ArmHardware
 from bioscara.hardware.command_modes import Mode as Mode
-from bioscara.hardware.component import HardwareComponent as HardwareComponent
-from bioscara.hardware.component import LifecycleState as LifecycleState
+from bioscara.hardware.component import (
+    HardwareComponent as HardwareComponent,
+    LifecycleState as LifecycleState,
+)
 from bioscara.hardware.gripper import GripperHardware as GripperHardware
-from bioscara.hardware.interfaces import HOME as HOME
-from bioscara.hardware.interfaces import POSITION as POSITION
-from bioscara.hardware.interfaces import VELOCITY as VELOCITY
-from bioscara.hardware.interfaces import CommandInterface as CommandInterface
-from bioscara.hardware.interfaces import StateInterface as StateInterface
+from bioscara.hardware.interfaces import (
+    HOME as HOME,
+    POSITION as POSITION,
+    VELOCITY as VELOCITY,
+    CommandInterface as CommandInterface,
+    StateInterface as StateInterface,
+)
 from bioscara.hardware.urdf import Urdf as Urdf

@@ -12,12 +12,7 @@ from controller_manager_msgs.msg import ControllerManagerActivity
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from pal_statistics_msgs.msg import Statistic, Statistics, StatisticsNames, StatisticsValues
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from rclpy.qos import (
-    DurabilityPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-    qos_profile_system_default,
-)
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_system_default
 
 from bioscara.api import messages as m
 from bioscara.control.manager.diagnostics import default_thresholds

@@ -13,13 +13,7 @@ from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.hardware import Urdf
 from bioscara.hardware.link_frames import LinkFrames
 from bioscara.model.urdf import URDF, urdf_of
-from bioscara.recording.content import (
-    DESCRIPTION,
-    METADATA,
-    OVERLAY,
-    PARAMETERS,
-    ArmStatus,
-)
+from bioscara.recording.content import DESCRIPTION, METADATA, OVERLAY, PARAMETERS, ArmStatus
 from bioscara.recording.writing.arm_feed import ArmFeed, FeedItem
 from bioscara.recording.writing.folder import RESERVE, RecordingFolder
 from bioscara.recording.writing.rare_messages import (

@@ -10,15 +10,7 @@ from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.motions import home
 from bioscara.robot.tasks.checks import checked_by
-from bioscara.robot.tasks.fields import (
-    Displacement,
-    Name,
-    Positions,
-    Target,
-    Turn,
-    Via,
-    waypoints,
-)
+from bioscara.robot.tasks.fields import Displacement, Name, Positions, Target, Turn, Via, waypoints
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Conditions, PlannedMotion, Task
 

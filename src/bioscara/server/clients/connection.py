@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
 from bioscara.errors import (
     BioscaraError,

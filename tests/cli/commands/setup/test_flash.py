@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
-from bioscara.flashing import access, dfu, programmer
-from bioscara.flashing import image as image_file
+from bioscara.flashing import access, dfu, image as image_file, programmer
 from bioscara.flashing.access import RULES
 from bioscara.version import __version__
 from flashing.images import crc_of, image

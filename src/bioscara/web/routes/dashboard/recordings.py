@@ -23,15 +23,7 @@ from bioscara.dashboard.recordings import (
 )
 from bioscara.rosbag.recording_file import MEDIA_TYPE
 from bioscara.web.routes.dashboard.work import Work
-from bioscara.web.routes.http import (
-    JSON,
-    HttpError,
-    Viewer,
-    answers,
-    json,
-    judged,
-    verdicts,
-)
+from bioscara.web.routes.http import JSON, HttpError, Viewer, answers, json, judged, verdicts
 from bioscara.web.settings import WebSettings
 
 _PART = 256 << 10
