@@ -22,6 +22,8 @@ from benchmarks.measure import Row, at_most, medians
 from bioscara import Robot
 from bioscara.api.messages import StateSample
 from bioscara.api.runtime import VARIABLE
+from bioscara.hardware import Urdf
+from bioscara.hardware.link_frames import LinkFrames
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
@@ -29,7 +31,6 @@ from bioscara.recording.reading.export import export_csv, export_parquet
 from bioscara.recording.reading.sample_table import sample_tables
 from bioscara.recording.reading.scan import FileScan
 from bioscara.recording.writing.sample_messages import SampleMessages
-from bioscara.recording.writing.transforms import joint_frames
 from bioscara.robot import kinematics_of
 from bioscara.rosbag.recording_file import RecordingFile
 from bioscara.rosbag.topics import Topic, definition
@@ -174,7 +175,7 @@ def _samples(count: int) -> Iterator[StateSample]:
 
 def _export(folder: Path) -> list[Row]:
     """Measure the export of a long recording."""
-    file, messages = RecordingFile(folder / "long.mcap"), SampleMessages(_NAMES, ())
+    file, messages = RecordingFile(folder / "long.mcap"), SampleMessages(_NAMES, None)
     for sample in _samples(int(_EXPORTED * _RATE)):
         stamp = round(1e9 * sample.time) + 10**18
         for topic, data in messages.encode(sample, stamp):
@@ -199,13 +200,13 @@ def _export(folder: Path) -> list[Row]:
 def _encoding() -> Row:
     """Measure the encoding of a sample against the decoder of mcap-ros2-support."""
     urdf = urdf_of(load_parameters())
-    messages = SampleMessages(_NAMES, joint_frames(urdf, (*_NAMES, "gripper")))
+    messages = SampleMessages(_NAMES, LinkFrames(Urdf(urdf, "robot_description")))
     samples = list(_samples(400))
     encoded = [pair for sample in samples for pair in messages.encode(sample, 1)]
     decode = _decoders()
 
     def encode_all() -> None:
-        made = SampleMessages(_NAMES, joint_frames(urdf, (*_NAMES, "gripper")))
+        made = SampleMessages(_NAMES, LinkFrames(Urdf(urdf, "robot_description")))
         for sample in samples:
             made.encode(sample, 1)
 

@@ -27,8 +27,7 @@ from benchmarks.ros_processes import (
     rig,
 )
 from benchmarks.server import Client, by_chance
-from bioscara.api import messages as m
-from bioscara.api import runtime
+from bioscara.api import messages as m, runtime
 
 TURNS, MESSAGES = 4, 500
 """Turns of the node and a bare publisher, and messages of each in a turn."""

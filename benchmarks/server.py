@@ -20,8 +20,7 @@ import zenoh
 from benchmarks.measure import Row, at_most, duration, medians
 from benchmarks.owner_process import Arm, served
 from benchmarks.startup import process
-from bioscara.api import framing, runtime
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m, runtime
 from bioscara.robot import tasks
 
 SAMPLES = 500

@@ -22,8 +22,7 @@ from hypothesis import settings
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from bioscara.robot.connection import exit_guard
-from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
-from late_machine import tell_what_was_repeated
+from late_machine import pytest_runtest_protocol as pytest_runtest_protocol, tell_what_was_repeated
 from processes import running
 from ros_environment import ABSENT
 from simulated import standing_near_the_stops

@@ -19,8 +19,7 @@ from types import UnionType
 from typing import Any, Self
 
 from bioscara import Robot
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.runtime import VARIABLE, find
 from bioscara.drivers import Gripper, Pwm

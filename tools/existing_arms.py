@@ -16,6 +16,8 @@ from bioscara.model.loading import EXISTING_ARMS, checksum
 from bioscara.model.validation import Checked
 from tools import generated
 
+_ROOM = 80
+"""Longest value on a line [characters]; its name is before it."""
 _MODULE = '''"""The checked values of parameters.yaml; generated from it by make generate."""
 
 from __future__ import annotations
@@ -65,13 +67,18 @@ def _literal(value: object, indent: str) -> str:
         return json.dumps(value)
     deeper = f"{indent}    "
     if isinstance(value, Checked):
-        values = {each.name: _literal(getattr(value, each.name), deeper) for each in fields(value)}
-        lines = "".join(f"{deeper}{name}={text},\n" for name, text in values.items())
-        return f"{type(value).__name__}.unchecked(\n{lines}{indent})"
-    if isinstance(value, tuple):
-        lines = "".join(f"{deeper}{_literal(each, deeper)},\n" for each in value)
-        return f"(\n{lines}{indent})"
-    return repr(value)
+        begin = f"{type(value).__name__}.unchecked("
+        given = ((each.name, getattr(value, each.name)) for each in fields(value))
+        parts = [f"{name}={_literal(each, deeper)}" for name, each in given]
+    elif isinstance(value, tuple):
+        begin, parts = "(", [_literal(each, deeper) for each in value]
+    else:
+        return repr(value)
+    line = f"{begin}{', '.join(parts)})"
+    if len(parts) > 1 and "\n" not in line and len(deeper + line) <= _ROOM:
+        return line
+    lines = "".join(f"{deeper}{part},\n" for part in parts)
+    return f"{begin}\n{lines}{indent})"
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -11,8 +11,7 @@ import msgspec
 import pytest
 
 from bioscara import errors
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import error_of, failure_of
 from bioscara.errors import (
     BioscaraError,

@@ -13,12 +13,9 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import Phase as Phases
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import Phase as Phases, given, settings, strategies as st
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import (
     Goal,

@@ -6,8 +6,7 @@ import json
 
 from tools.api_reference import PAGE, SCHEMA, page, schema
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.kinematics import Pose
 from bioscara.robot import tasks
 from bioscara.sim.bench import FAULTS

@@ -6,8 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from bioscara.bus import TraceRecord, Transaction, read_trace
 from bioscara.bus.trace import HEADER, encode_record

@@ -7,8 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from bioscara.bus import Bus, FaultyBus, ReplayBus, TracingBus, Transaction
 from bioscara.clock import MonotonicClock

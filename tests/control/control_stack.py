@@ -15,8 +15,7 @@ from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import ArmHardware
 from bioscara.model import JointParameters
 from bioscara.robot.connection.evidence_folder import EvidenceFolder
-from simulated import ARM as PARAMETERS
-from simulated import NAMES, NEAR, simulated_bus
+from simulated import ARM as PARAMETERS, NAMES, NEAR, simulated_bus
 
 LIMITS = {joint.name: joint for joint in PARAMETERS.joints}
 BOTH = ("position", "velocity")

@@ -15,8 +15,7 @@ from bioscara.protocol import (
     Message,
     Register,
 )
-from emulator.controller import Controller, Result
-from emulator.controller import Fault as Disturbance
+from emulator.controller import Controller, Fault as Disturbance, Result
 from emulator.gpio import ALTERNATE, INPUT
 from emulator.machine import POWER, Machine
 from firmware.client import Client

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bioscara.protocol import READ, TRAILER, WRITE, JointState, Register
-from bioscara.protocol import Fault as JointFault
+from bioscara.protocol import READ, TRAILER, WRITE, Fault as JointFault, JointState, Register
 from emulator import i2c
 from emulator.board import HOLD_MOST, Board
 from emulator.controller import Fault, Result, Trouble

@@ -12,8 +12,7 @@ import pytest
 
 import bioscara
 from bioscara.errors import ImageError
-from bioscara.flashing import JOINTS, Image, prebuilt, read_image
-from bioscara.flashing import image as image_file
+from bioscara.flashing import JOINTS, Image, image as image_file, prebuilt, read_image
 from bioscara.flashing.image import FLASH_SIZE
 from flashing.images import image, sealed
 

@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from itertools import product
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara import Robot
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
@@ -17,8 +16,7 @@ from bioscara.hardware import LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.robot.connection.stack import HOLD
 from bioscara.sim import FirmwareBus, SimulatedArm
-from control.control_stack import NAMES, NEAR, PARAMETERS
-from control.control_stack import World as Stack
+from control.control_stack import NAMES, NEAR, PARAMETERS, World as Stack
 
 AT = {"j1": -2.5, "j2": 0.30, "j3": 2.0, "j4": 2.0}
 FORWARD = "forward_command_controller/ForwardCommandController"

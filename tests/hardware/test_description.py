@@ -6,12 +6,11 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf import SIZE_MAX, Urdf
-from bioscara.hardware.urdf_joints import joints_of
+from bioscara.hardware.urdf_joints import tree_of
 from bioscara.model.urdf import URDF
 
 TEXT = URDF.read_text()
@@ -70,10 +69,10 @@ def test_a_damaged_file_is_refused_or_reads_as_a_robot(data: st.DataObject) -> N
             '<parent link="link_1"/>',
             "joint base_joint has no parent in the tree",
         ),
-        ('<axis xyz="0 0 1"/>', "", "joint j1 has no <axis>"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 1"/>', "'0 1' are not three numbers"),
     ],
 )
 def test_a_description_that_is_not_a_tree_is_refused(old: str, new: str, complaint: str) -> None:
     assert old in TEXT
     with pytest.raises(ConfigurationError, match=complaint):
-        joints_of(Urdf(TEXT.replace(old, new, 1), "arm.urdf"))
+        tree_of(Urdf(TEXT.replace(old, new, 1), "arm.urdf"))

@@ -26,8 +26,7 @@ from bioscara.errors import (
 from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
-from control.control_stack import NAMES, PARAMETERS
-from control.control_stack import World as Stack
+from control.control_stack import NAMES, PARAMETERS, World as Stack
 from hardware.active_arm import BOTH, PERIOD, active, switch, unconfigured
 from simulated import Tap, World, home_error
 

@@ -18,8 +18,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
-from control.control_stack import NAMES, PARAMETERS
-from control.control_stack import World as Stack
+from control.control_stack import NAMES, PARAMETERS, World as Stack
 from hardware.active_arm import BOTH, PERIOD, active, cycles, switch
 from simulated import World, home_error
 

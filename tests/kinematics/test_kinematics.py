@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import IDENTITY, Geometry, Pose, Scara, batch

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.kinematics import Joints, Pose, batch
 from bioscara.planning import Trajectory, Waypoint, check, linear, point_to_point, sequence

@@ -9,8 +9,7 @@ from functools import partial
 from itertools import combinations
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
 from bioscara.protocol import (

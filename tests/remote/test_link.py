@@ -15,8 +15,7 @@ from typing import Any
 import pytest
 
 from bioscara import Robot
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.runtime import find
 from bioscara.errors import (
     BusyError,

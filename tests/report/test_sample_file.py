@@ -11,8 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.sample_file import ROW_BYTES, SampleWriter

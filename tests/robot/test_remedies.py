@@ -21,8 +21,8 @@ from bioscara import (
     Prism,
     Robot,
     Scene,
+    errors as e,
 )
-from bioscara import errors as e
 from bioscara.api import messages as m
 from bioscara.api.runtime import OwnerClaim
 from bioscara.kinematics import Joints

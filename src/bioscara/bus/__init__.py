@@ -6,17 +6,10 @@ explains its errors, ``user`` names the program that has it), ``tracing`` writes
 A bus knows addresses and bytes, never registers or joints.
 """
 
-from bioscara.bus.bus import ADDRESSES as ADDRESSES
-from bioscara.bus.bus import Bus as Bus
-from bioscara.bus.bus import Transaction as Transaction
+from bioscara.bus.bus import ADDRESSES as ADDRESSES, Bus as Bus, Transaction as Transaction
 from bioscara.bus.faults import FaultyBus as FaultyBus
-from bioscara.bus.injection import Direction as Direction
-from bioscara.bus.injection import Injection as Injection
-from bioscara.bus.injection import When as When
+from bioscara.bus.injection import Direction as Direction, Injection as Injection, When as When
 from bioscara.bus.linux import LinuxBus as LinuxBus
-from bioscara.bus.select import FORMS as FORMS
-from bioscara.bus.select import open_bus as open_bus
-from bioscara.bus.trace import TraceRecord as TraceRecord
-from bioscara.bus.trace import read_trace as read_trace
-from bioscara.bus.tracing import ReplayBus as ReplayBus
-from bioscara.bus.tracing import TracingBus as TracingBus
+from bioscara.bus.select import FORMS as FORMS, open_bus as open_bus
+from bioscara.bus.trace import TraceRecord as TraceRecord, read_trace as read_trace
+from bioscara.bus.tracing import ReplayBus as ReplayBus, TracingBus as TracingBus

@@ -29,26 +29,12 @@ from bioscara.cli.signals import StopRequest
 from bioscara.cli.terminal.keyboard import motion_keys
 from bioscara.connect import Robot
 from bioscara.control.loop.realtime import realtime
-from bioscara.errors import (
-    BioscaraError,
-    InvalidArgumentError,
-    MotionCancelledError,
-    ZoneError,
-)
+from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError, ZoneError
 from bioscara.extras import install
 from bioscara.model import ArmParameters
-from bioscara.planning import Trajectory, check, read, write_csv
-from bioscara.planning import fit as stretch
+from bioscara.planning import Trajectory, check, fit as stretch, read, write_csv
 from bioscara.planning.collision.scene import Scene
-from bioscara.report import (
-    CycleHistory,
-    JointInfo,
-    Outcome,
-    RunFolder,
-    RunSummary,
-    png,
-    text,
-)
+from bioscara.report import CycleHistory, JointInfo, Outcome, RunFolder, RunSummary, png, text
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.operations.motions.follow_trajectory import checked

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from typing import TypeVar
 
-from bioscara.api import messages as m
-from bioscara.api import runtime
+from bioscara.api import messages as m, runtime
 from bioscara.cli.parser import Options
 from bioscara.cli.shared_arguments import ARM_VARIABLE
 from bioscara.control.faults.supervisor import FaultState

@@ -7,15 +7,13 @@ from pathlib import Path
 import msgspec
 
 from bioscara.hardware import Urdf
-from bioscara.hardware.urdf_joints import Origin, UrdfJoint, joints_of, origin_of
+from bioscara.hardware.urdf_joints import Place, UrdfJoint, origin_of, tree_of
 from bioscara.model import ArmParameters
 from bioscara.model.urdf import DESCRIPTION, URDF, urdf_of
 
 BASE, TOOL = "base_link", "tool"
 """Links whose frames are the frame of the scene and the pose of the tool."""
 _MESHES = DESCRIPTION / "meshes" / "visual"
-
-Place = tuple[float, float, float, float, float, float]
 
 
 class Visual(msgspec.Struct, frozen=True):
@@ -44,46 +42,6 @@ class ModelLink(msgspec.Struct, frozen=True):
     visuals: tuple[Visual, ...]
 
 
-class ModelMimic(msgspec.Struct, frozen=True):
-    """The joint that another one follows.
-
-    Attributes:
-        joint: Its name.
-        multiplier: Ratio of the follower's position to the joint's.
-        offset: Position of the follower when the joint is at zero [rad or m].
-    """
-
-    joint: str
-    multiplier: float
-    offset: float
-
-
-class ModelJoint(msgspec.Struct, frozen=True):
-    """A joint, or a fixed connection, of two links.
-
-    Attributes:
-        name: Its name.
-        type: ``revolute``, ``prismatic`` or ``fixed``.
-        parent: Link that carries it.
-        child: Link that it carries.
-        origin: Its pose in the parent at position zero: x, y, z [m], roll, pitch, yaw [rad].
-        axis: Axis of rotation, or direction of translation.
-        lower: Lowest position [rad or m].
-        upper: Highest position [rad or m].
-        mimic: The joint that it follows, or null.
-    """
-
-    name: str
-    type: str
-    parent: str
-    child: str
-    origin: Place
-    axis: tuple[float, float, float]
-    lower: float
-    upper: float
-    mimic: ModelMimic | None
-
-
 class ArmModel(msgspec.Struct, frozen=True):
     """The arm as a tree of links.
 
@@ -97,7 +55,7 @@ class ArmModel(msgspec.Struct, frozen=True):
     base: str
     tool: str
     links: tuple[ModelLink, ...]
-    joints: tuple[ModelJoint, ...]
+    joints: tuple[UrdfJoint, ...]
 
 
 def model_of(parameters: ArmParameters) -> ArmModel:
@@ -107,7 +65,6 @@ def model_of(parameters: ArmParameters) -> ArmModel:
         ConfigurationError: Its meshes would be others than those of the package.
     """
     urdf = Urdf(urdf_of(parameters), URDF.name)
-    _, joints = joints_of(urdf)
     links = tuple(
         ModelLink(
             urdf.attribute(tag, "name"),
@@ -115,7 +72,7 @@ def model_of(parameters: ArmParameters) -> ArmModel:
                 Visual(
                     Path(urdf.attribute(mesh, "filename")).name,
                     _color(urdf.attribute(color, "rgba")),
-                    _place(origin_of(visual)),
+                    origin_of(urdf, visual),
                 )
                 for visual in tag.findall("visual")
                 if (mesh := visual.find("geometry/mesh")) is not None
@@ -124,31 +81,12 @@ def model_of(parameters: ArmParameters) -> ArmModel:
         )
         for tag in urdf.root.findall("link")
     )
-    return ArmModel(BASE, TOOL, links, tuple(map(_joint, joints)))
+    return ArmModel(BASE, TOOL, links, tree_of(urdf))
 
 
 def meshes() -> dict[str, bytes]:
     """Return the meshes of the package as binary STL [m], by the names of their files."""
     return {path.name: path.read_bytes() for path in sorted(_MESHES.glob("*.stl"))}
-
-
-def _joint(joint: UrdfJoint) -> ModelJoint:
-    mimic = None if joint.mimic is None else ModelMimic(*joint.mimic)
-    return ModelJoint(
-        joint.name,
-        joint.kind,
-        joint.parent,
-        joint.child,
-        _place(joint.origin),
-        joint.axis,
-        joint.lower,
-        joint.upper,
-        mimic,
-    )
-
-
-def _place(origin: Origin) -> Place:
-    return (*origin.xyz, *origin.rpy)
 
 
 def _color(text: str) -> tuple[float, float, float]:

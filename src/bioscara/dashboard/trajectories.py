@@ -10,8 +10,7 @@ from bioscara.api.messages import TrajectoryValue, WorkspaceState
 from bioscara.api.values import trajectory_value, workspace_of
 from bioscara.errors import TrajectoryError, ZoneError
 from bioscara.model import ArmParameters
-from bioscara.planning import Trajectory, check
-from bioscara.planning import fit as stretch
+from bioscara.planning import Trajectory, check, fit as stretch
 from bioscara.planning.files.trajectory_file import read_content
 from bioscara.planning.trajectory.extrema import joint_extrema
 from bioscara.printing import printable

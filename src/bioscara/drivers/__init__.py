@@ -4,23 +4,29 @@
 ``gripper`` the servo.
 """
 
-from bioscara.drivers.gripper.gripper import Gripper as Gripper
-from bioscara.drivers.gripper.gripper import GripperState as GripperState
-from bioscara.drivers.gripper.gripper import calibrate as calibrate
+from bioscara.drivers.gripper.gripper import (
+    Gripper as Gripper,
+    GripperState as GripperState,
+    calibrate as calibrate,
+)
 from bioscara.drivers.gripper.pwm import Pwm as Pwm
 from bioscara.drivers.joint.capture import Capture as Capture
 from bioscara.drivers.joint.cyclic import Outcome as Outcome
-from bioscara.drivers.joint.group import drive as drive
-from bioscara.drivers.joint.group import read_states as read_states
-from bioscara.drivers.joint.group import track as track
+from bioscara.drivers.joint.group import drive as drive, read_states as read_states, track as track
 from bioscara.drivers.joint.joint import Joint as Joint
-from bioscara.drivers.joint.sample import JointSample as JointSample
-from bioscara.drivers.joint.sample import Quality as Quality
-from bioscara.drivers.joint.sample import Setpoint as Setpoint
+from bioscara.drivers.joint.sample import (
+    JointSample as JointSample,
+    Quality as Quality,
+    Setpoint as Setpoint,
+)
 from bioscara.drivers.joint.transmission import Transmission as Transmission
-from bioscara.drivers.link.handshake import acknowledges as acknowledges
-from bioscara.drivers.link.handshake import await_power_up as await_power_up
-from bioscara.drivers.link.joint_reports import ExceptionReport as ExceptionReport
-from bioscara.drivers.link.joint_reports import FaultReport as FaultReport
-from bioscara.drivers.link.joint_reports import Hello as Hello
+from bioscara.drivers.link.handshake import (
+    acknowledges as acknowledges,
+    await_power_up as await_power_up,
+)
+from bioscara.drivers.link.joint_reports import (
+    ExceptionReport as ExceptionReport,
+    FaultReport as FaultReport,
+    Hello as Hello,
+)
 from bioscara.drivers.link.line import line_of as line_of

@@ -7,13 +7,14 @@ flashing program: ``dfu`` (USB bootloader, dfu-util), ``stflash`` and ``openocd`
 Nothing here depends on a bus or a joint.
 """
 
-from bioscara.flashing.dfu import BUTTON as BUTTON
-from bioscara.flashing.dfu import Dfu as Dfu
-from bioscara.flashing.image import JOINTS as JOINTS
-from bioscara.flashing.image import Image as Image
-from bioscara.flashing.image import known_images as known_images
-from bioscara.flashing.image import prebuilt as prebuilt
-from bioscara.flashing.image import read_image as read_image
+from bioscara.flashing.dfu import BUTTON as BUTTON, Dfu as Dfu
+from bioscara.flashing.image import (
+    JOINTS as JOINTS,
+    Image as Image,
+    known_images as known_images,
+    prebuilt as prebuilt,
+    read_image as read_image,
+)
 from bioscara.flashing.openocd import OpenOcd as OpenOcd
 from bioscara.flashing.programmer import Programmer as Programmer
 from bioscara.flashing.stflash import StFlash as StFlash

@@ -16,13 +16,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware.command_modes import MOTION, Mode
 from bioscara.hardware.homing import Homing
-from bioscara.hardware.interfaces import (
-    HOME,
-    POSITION,
-    VELOCITY,
-    CommandInterface,
-    StateInterface,
-)
+from bioscara.hardware.interfaces import HOME, POSITION, VELOCITY, CommandInterface, StateInterface
 from bioscara.protocol import Flags
 
 _HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
 from xml.etree.ElementTree import Element
+
+import msgspec
 
 from bioscara.hardware.urdf import Urdf
 
 Triple = tuple[float, float, float]
-_KINDS = ("fixed", "revolute", "prismatic")
-_ORIGIN = {"xyz": "0 0 0", "rpy": "0 0 0"}
+Place = tuple[float, float, float, float, float, float]
+"""A pose in a link: x, y, z [m], then rotation about its axes x, y and z, in this order [rad]."""
+_KINDS = ("fixed", "revolute", "continuous", "prismatic")
 
 
-class Mimic(NamedTuple):
-    """Coupling of a joint to another joint that it follows.
+class UrdfMimic(msgspec.Struct, frozen=True):
+    """The joint that another one follows.
 
     Attributes:
-        joint: Name of the followed joint.
-        multiplier: Ratio of the joint's position to the followed joint's.
-        offset: Position of the joint when the followed one is at zero [rad or m].
+        joint: Its name.
+        multiplier: Ratio of the follower's position to the joint's.
+        offset: Position of the follower when the joint is at zero [rad or m].
     """
 
     joint: str
@@ -26,99 +28,97 @@ class Mimic(NamedTuple):
     offset: float
 
 
-class Origin(NamedTuple):
-    """A pose in a link.
+class UrdfJoint(msgspec.Struct, frozen=True):
+    """A joint, or a fixed connection, of two links.
 
     Attributes:
-        xyz: Its position [m].
-        rpy: Its rotation about the fixed x, y and z axes, in this order [rad].
-    """
-
-    xyz: Triple
-    rpy: Triple
-
-
-class UrdfJoint(NamedTuple):
-    """A joint of a description.
-
-    Attributes:
-        name: Name of the joint.
-        kind: ``"fixed"``, ``"revolute"`` or ``"prismatic"``.
-        parent: Link that carries the joint.
-        child: Link that the joint carries.
-        origin: Pose of the joint in its parent, at position zero.
-        axis: Direction of translation, or axis of rotation.
+        name: Its name.
+        type: ``fixed``, ``revolute``, ``continuous`` or ``prismatic``.
+        parent: Link that carries it.
+        child: Link that it carries.
+        origin: Its pose in the parent at position zero.
+        axis: Axis of rotation, or direction of translation.
         lower: Lowest position [rad or m].
         upper: Highest position [rad or m].
-        mimic: Coupling to another joint; None for an independent joint.
+        mimic: The joint that it follows, or null.
     """
 
     name: str
-    kind: str
+    type: str
     parent: str
     child: str
-    origin: Origin
+    origin: Place
     axis: Triple
     lower: float
     upper: float
-    mimic: Mimic | None
+    mimic: UrdfMimic | None
 
 
-def joints_of(urdf: Urdf) -> tuple[str, tuple[UrdfJoint, ...]]:
-    """Return the link that no joint carries, and all joints, parents before children.
+def joints_of(urdf: Urdf) -> tuple[UrdfJoint, ...]:
+    """Return all joints, in the order of the description.
 
     Raises:
-        ConfigurationError: The links form no tree, or a joint is of another kind.
+        ConfigurationError: One is of another kind, or has no parent or child.
     """
-    pending = [_joint(urdf, tag) for tag in urdf.root.findall("joint")]
+    return tuple(_joint(urdf, tag) for tag in urdf.root.findall("joint"))
+
+
+def tree_of(urdf: Urdf) -> tuple[UrdfJoint, ...]:
+    """Return all joints, parents before children.
+
+    Raises:
+        ConfigurationError: The links form no tree; otherwise as :func:`joints_of`.
+    """
+    pending = joints_of(urdf)
     children = {joint.child for joint in pending}
     links = [urdf.attribute(tag, "name") for tag in urdf.root.findall("link")]
-    roots = [name for name in links if name not in children]
-    if len(roots) != 1:
-        raise urdf.error(urdf.root, f"{len(roots)} links have no parent joint, not one")
+    placed = {name for name in links if name not in children}
+    if len(placed) != 1:
+        raise urdf.error(urdf.root, f"{len(placed)} links have no parent joint, not one")
     joints: list[UrdfJoint] = []
-    placed = set(roots)
     while pending:
         ready = [joint for joint in pending if joint.parent in placed]
         if not ready:
             raise urdf.error(urdf.root, f"joint {pending[0].name} has no parent in the tree")
-        pending = [joint for joint in pending if joint.parent not in placed]
+        pending = tuple(joint for joint in pending if joint.parent not in placed)
         placed.update(joint.child for joint in ready)
         joints += ready
-    return roots[0], tuple(joints)
+    return tuple(joints)
 
 
-def origin_of(tag: Element) -> Origin:
+def origin_of(urdf: Urdf, tag: Element) -> Place:
     """Return the ``<origin>`` of a joint or visual; the frame of the link if it has none."""
     origin = tag.find("origin")
-    place = _ORIGIN | (origin.attrib if origin is not None else {})
-    return Origin(_numbers(place["xyz"]), _numbers(place["rpy"]))
+    place = {} if origin is None else origin.attrib
+    position, rotation = (place.get(name, "0 0 0") for name in ("xyz", "rpy"))
+    return (*_triple(urdf, tag, position), *_triple(urdf, tag, rotation))
 
 
 def _joint(urdf: Urdf, tag: Element) -> UrdfJoint:
-    kind = urdf.attribute(tag, "type")
+    name, kind = urdf.attribute(tag, "name"), urdf.attribute(tag, "type")
     if kind not in _KINDS:
-        raise urdf.error(tag, f"type {kind!r} is not one of fixed, revolute, prismatic")
-    limit = _part(urdf, tag, "limit").attrib if kind != "fixed" else {}
-    axis = _part(urdf, tag, "axis").attrib["xyz"] if kind != "fixed" else "0 0 1"
+        raise urdf.error(tag, f"{name}: type {kind!r} is not one of {', '.join(_KINDS)}")
+    axis, limit, mimic = tag.find("axis"), tag.find("limit"), tag.find("mimic")
+    lower, upper = (
+        0.0 if limit is None else _number(urdf, limit, end, "0") for end in ("lower", "upper")
+    )
     return UrdfJoint(
-        urdf.attribute(tag, "name"),
+        name,
         kind,
         urdf.attribute(_part(urdf, tag, "parent"), "link"),
         urdf.attribute(_part(urdf, tag, "child"), "link"),
-        origin_of(tag),
-        _numbers(axis),
-        float(limit.get("lower", 0.0)),
-        float(limit.get("upper", 0.0)),
-        _mimic(urdf, tag.find("mimic")),
+        origin_of(urdf, tag),
+        _triple(urdf, tag, "1 0 0" if axis is None else axis.get("xyz", "1 0 0")),
+        lower,
+        upper,
+        None
+        if mimic is None
+        else UrdfMimic(
+            urdf.attribute(mimic, "joint"),
+            _number(urdf, mimic, "multiplier", "1"),
+            _number(urdf, mimic, "offset", "0"),
+        ),
     )
-
-
-def _mimic(urdf: Urdf, tag: Element | None) -> Mimic | None:
-    if tag is None:
-        return None
-    values = (float(tag.get(name, default)) for name, default in (("multiplier", 1), ("offset", 0)))
-    return Mimic(urdf.attribute(tag, "joint"), *values)
 
 
 def _part(urdf: Urdf, tag: Element, name: str) -> Element:
@@ -128,6 +128,17 @@ def _part(urdf: Urdf, tag: Element, name: str) -> Element:
     return part
 
 
-def _numbers(text: str) -> Triple:
-    x, y, z = map(float, text.split())
+def _triple(urdf: Urdf, tag: Element, text: str) -> Triple:
+    try:
+        x, y, z = map(float, text.split())
+    except ValueError:
+        raise urdf.error(tag, f"{text!r} are not three numbers") from None
     return x, y, z
+
+
+def _number(urdf: Urdf, tag: Element, name: str, usual: str) -> float:
+    text = tag.get(name, usual)
+    try:
+        return float(text)
+    except ValueError:
+        raise urdf.error(tag, f"{name} {text!r} is no number") from None

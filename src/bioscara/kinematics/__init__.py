@@ -5,9 +5,10 @@ positions of the joints, ``scara`` the arm for single poses in plain floats, ``b
 whole arrays.
 """
 
-from bioscara.kinematics.joints import Geometry as Geometry
-from bioscara.kinematics.joints import Joints as Joints
-from bioscara.kinematics.joints import PositionLimits as PositionLimits
-from bioscara.kinematics.pose import IDENTITY as IDENTITY
-from bioscara.kinematics.pose import Pose as Pose
+from bioscara.kinematics.joints import (
+    Geometry as Geometry,
+    Joints as Joints,
+    PositionLimits as PositionLimits,
+)
+from bioscara.kinematics.pose import IDENTITY as IDENTITY, Pose as Pose
 from bioscara.kinematics.scara import Scara as Scara

@@ -9,11 +9,15 @@ which ``tools/description.py`` generates; ``tags`` are the names used
 in it.
 """
 
-from bioscara.model.loading import load_parameters as load_parameters
-from bioscara.model.loading import own_parameters as own_parameters
-from bioscara.model.parameters import ArmParameters as ArmParameters
-from bioscara.model.parameters import GeometryParameters as GeometryParameters
-from bioscara.model.parameters import GripperParameters as GripperParameters
-from bioscara.model.parameters import HomingParameters as HomingParameters
-from bioscara.model.parameters import JointParameters as JointParameters
-from bioscara.model.parameters import PwmOutput as PwmOutput
+from bioscara.model.loading import (
+    load_parameters as load_parameters,
+    own_parameters as own_parameters,
+)
+from bioscara.model.parameters import (
+    ArmParameters as ArmParameters,
+    GeometryParameters as GeometryParameters,
+    GripperParameters as GripperParameters,
+    HomingParameters as HomingParameters,
+    JointParameters as JointParameters,
+    PwmOutput as PwmOutput,
+)

@@ -130,31 +130,14 @@ def parameters() -> ArmParameters:
             pulse_lower=0.0005,
             pulse_upper=0.0025,
             outputs=(
-                PwmOutput.unchecked(
-                    device="fe20c000.pwm",
-                    channel=0,
-                ),
-                PwmOutput.unchecked(
-                    device="3f20c000.pwm",
-                    channel=0,
-                ),
-                PwmOutput.unchecked(
-                    device="1f00098000.pwm",
-                    channel=2,
-                ),
+                PwmOutput.unchecked(device="fe20c000.pwm", channel=0),
+                PwmOutput.unchecked(device="3f20c000.pwm", channel=0),
+                PwmOutput.unchecked(device="1f00098000.pwm", channel=2),
             ),
         ),
-        homing_order=(
-            "j2",
-            "j1",
-            "j4",
-            "j3",
-        ),
+        homing_order=("j2", "j1", "j4", "j3"),
         controllers=ControllerSettings.unchecked(
-            update_rate=UpdateRates.unchecked(
-                version_1=50,
-                version_2=100,
-            ),
+            update_rate=UpdateRates.unchecked(version_1=50, version_2=100),
             joint_trajectory_controller=TrajectorySettings.unchecked(
                 allow_partial_joints_goal=True,
                 allow_nonzero_velocity_at_trajectory_end=True,
@@ -162,28 +145,13 @@ def parameters() -> ArmParameters:
                     stopped_velocity_tolerance=0.0,
                     goal_time=2.0,
                     max_deceleration_on_cancel_share=1.0,
-                    j1=JointTolerances.unchecked(
-                        trajectory=0.0,
-                        goal=0.01,
-                    ),
-                    j2=JointTolerances.unchecked(
-                        trajectory=0.0,
-                        goal=0.0005,
-                    ),
-                    j3=JointTolerances.unchecked(
-                        trajectory=0.0,
-                        goal=0.01,
-                    ),
-                    j4=JointTolerances.unchecked(
-                        trajectory=0.0,
-                        goal=0.01,
-                    ),
+                    j1=JointTolerances.unchecked(trajectory=0.0, goal=0.01),
+                    j2=JointTolerances.unchecked(trajectory=0.0, goal=0.0005),
+                    j3=JointTolerances.unchecked(trajectory=0.0, goal=0.01),
+                    j4=JointTolerances.unchecked(trajectory=0.0, goal=0.01),
                 ),
             ),
-            homing_controller=HomingSettings.unchecked(
-                timeout=300.0,
-                max_travel_share=1.15,
-            ),
+            homing_controller=HomingSettings.unchecked(timeout=300.0, max_travel_share=1.15),
             hold_controller=HoldSettings.unchecked(
                 max_deceleration_share=1.0,
             ),

@@ -9,20 +9,21 @@ arrays.
 A trajectory that ``trajectory.validation`` accepts stays within every limit at every instant.
 """
 
-from bioscara.planning.files.trajectory_file import TrajectoryFile as TrajectoryFile
-from bioscara.planning.files.trajectory_file import read as read
-from bioscara.planning.files.trajectory_file import write_csv as write_csv
-from bioscara.planning.limits import JointLimits as JointLimits
-from bioscara.planning.limits import ToolLimits as ToolLimits
-from bioscara.planning.motions.cartesian import circular as circular
-from bioscara.planning.motions.cartesian import linear as linear
+from bioscara.planning.files.trajectory_file import (
+    TrajectoryFile as TrajectoryFile,
+    read as read,
+    write_csv as write_csv,
+)
+from bioscara.planning.limits import JointLimits as JointLimits, ToolLimits as ToolLimits
+from bioscara.planning.motions.cartesian import circular as circular, linear as linear
 from bioscara.planning.motions.point_to_point import point_to_point as point_to_point
-from bioscara.planning.motions.sequence import Sequenced as Sequenced
-from bioscara.planning.motions.sequence import sequence as sequence
-from bioscara.planning.motions.waypoints import Motion as Motion
-from bioscara.planning.motions.waypoints import Waypoint as Waypoint
-from bioscara.planning.motions.waypoints import approach as approach
-from bioscara.planning.motions.waypoints import retract as retract
+from bioscara.planning.motions.sequence import Sequenced as Sequenced, sequence as sequence
+from bioscara.planning.motions.waypoints import (
+    Motion as Motion,
+    Waypoint as Waypoint,
+    approach as approach,
+    retract as retract,
+)
 from bioscara.planning.topp.topp import parameterise as parameterise
 from bioscara.planning.trajectory.polynomials import Sample as Sample
 from bioscara.planning.trajectory.retiming import fit as fit

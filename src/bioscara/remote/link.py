@@ -17,8 +17,7 @@ from pathlib import Path
 
 import msgspec
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.runtime import find, require_name
 from bioscara.arguments import number

@@ -11,11 +11,7 @@ from typing import Any, TypeVar
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.values import gripper_of
-from bioscara.errors import (
-    BioscaraError,
-    LeaseError,
-    OwnerLostError,
-)
+from bioscara.errors import BioscaraError, LeaseError, OwnerLostError
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink

@@ -12,13 +12,7 @@ from contextlib import suppress
 from typing import Any, ClassVar, Self, TypeVar
 
 from bioscara.api import messages as m
-from bioscara.api.values import (
-    QUALITIES,
-    fault_of,
-    scene_value,
-    trajectory_parts,
-    workspace_of,
-)
+from bioscara.api.values import QUALITIES, fault_of, scene_value, trajectory_parts, workspace_of
 from bioscara.arguments import flag, function, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault

@@ -10,12 +10,16 @@ clock, and nothing here may stop a motion: files that cannot be written are repo
 ``plan_png`` and ``plan_views`` draw plans.
 """
 
-from bioscara.report.cycles import CycleHistory as CycleHistory
-from bioscara.report.cycles import CycleRecord as CycleRecord
-from bioscara.report.cycles import JointRecord as JointRecord
-from bioscara.report.cycles import Phase as Phase
-from bioscara.report.cycles import SampleQuality as SampleQuality
+from bioscara.report.cycles import (
+    CycleHistory as CycleHistory,
+    CycleRecord as CycleRecord,
+    JointRecord as JointRecord,
+    Phase as Phase,
+    SampleQuality as SampleQuality,
+)
 from bioscara.report.folder import RunFolder as RunFolder
-from bioscara.report.summary import JointInfo as JointInfo
-from bioscara.report.summary import Outcome as Outcome
-from bioscara.report.summary import RunSummary as RunSummary
+from bioscara.report.summary import (
+    JointInfo as JointInfo,
+    Outcome as Outcome,
+    RunSummary as RunSummary,
+)

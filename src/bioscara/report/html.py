@@ -14,13 +14,7 @@ from bioscara.printing import printable
 from bioscara.report.cycles import CycleHistory, Phase
 from bioscara.report.statistics import loop_statistics, measured_time, phase_mask, tracking
 from bioscara.report.summary import RunSummary
-from bioscara.report.text import (
-    TRACKING,
-    duration_line,
-    loop_facts,
-    outcome_line,
-    tracking_cells,
-)
+from bioscara.report.text import TRACKING, duration_line, loop_facts, outcome_line, tracking_cells
 
 MAX_POINTS = 4000
 """Points per curve; with more cycles, each point is the worst of several cycles."""

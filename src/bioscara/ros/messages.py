@@ -23,9 +23,9 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bioscara.api import messages as m
 from bioscara.control.controllers.joint_trajectory import goal_messages
+from bioscara.hardware.link_frames import Transform
 from bioscara.planning import Sample, Trajectory
 from bioscara.ros.arm.description import RobotDescription
-from bioscara.ros.arm.frames import Transform
 
 NUMBERS = {
     "unknown": State.PRIMARY_STATE_UNKNOWN,

@@ -12,12 +12,7 @@ from controller_manager_msgs.msg import ControllerManagerActivity
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from pal_statistics_msgs.msg import Statistic, Statistics, StatisticsNames, StatisticsValues
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from rclpy.qos import (
-    DurabilityPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-    qos_profile_system_default,
-)
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_system_default
 
 from bioscara.api import messages as m
 from bioscara.control.manager.diagnostics import default_thresholds
@@ -119,7 +114,7 @@ class Observation:
             sources = frozenset({*self._components, *self._bridge.description.joints.values()})
             self._publish_hardware(ArmHealth(robot.faults, sources, firmware, found.values))
         except BioscaraError as error:
-            self._publish_diagnostics((_without_owner(str(error)),))
+            self._publish_diagnostics((_status(_MANAGER, 2, str(error), {}),))
             return
         self._paused_by = robot.paused_by
         self._publish_diagnostics(tuple(map(self._status, found.diagnostics)))
@@ -225,7 +220,3 @@ def _status(name: str, level: int, message: str, values: dict[str, str]) -> Diag
         hardware_id="ros2_control",
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
     )
-
-
-def _without_owner(reason: str) -> DiagnosticStatus:
-    return _status(_MANAGER, 2, reason, {})

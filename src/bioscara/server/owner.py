@@ -40,7 +40,7 @@ from bioscara.server.clients.client import Client, Later
 from bioscara.server.clients.events import Events
 from bioscara.server.clients.lease import Lease
 from bioscara.server.clients.pauses import Pauses, joined
-from bioscara.server.controllers.requests import ClientControllers
+from bioscara.server.controllers.requests import ClientControllers, Handler
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.kept_files import scene_file, table_file
 from bioscara.server.overlay_file import OverlayFile
@@ -171,16 +171,18 @@ class Owner:
         self._activity = self._arm.stack.manager.activity
         self._posted = False
         self._over: deque[tuple[ClientGoal, int]] = deque()
-        self._handlers: dict[type[m.Command], Callable[[Client, Any, int], Any]] = {
+        self._handlers: dict[type[m.Command], Handler] = {
             m.Start: self._start,
             m.AddPoints: lambda _, command, __: Later(
                 lambda: self._uploads.add(command.upload, trajectory_of(command.points))
             ),
-            m.SetJogVelocity: self._set_jog_velocity,
-            m.EndJog: self._end_jog,
-            m.Cancel: self._cancel,
-            m.PauseGoal: self._pause_goal,
-            m.ResumeGoal: self._resume_goal,
+            m.SetJogVelocity: lambda _, command, __: self._stream(command.goal).set(
+                velocity_of(command)
+            ),
+            m.EndJog: lambda _, command, __: self._stream(command.goal).end(),
+            m.Cancel: lambda _, command, __: self.goals.get(command.goal).operation.cancel(),
+            m.PauseGoal: lambda _, command, __: self.goals.get(command.goal).operation.pause(),
+            m.ResumeGoal: lambda _, command, __: self.goals.get(command.goal).operation.resume(),
             m.Pause: self._pause,
             m.Resume: self._resume,
             m.SetSpeedOverride: self._set_speed_override,
@@ -197,7 +199,9 @@ class Owner:
             m.GetHistory: self._past,
             m.GetSimulation: lambda *_: self._simulation.state(),
             m.SimulateFault: self._simulate_fault,
-            m.SetRealTimeFactor: self._set_real_time_factor,
+            m.SetRealTimeFactor: lambda client, command, _: self._simulation.set_factor(
+                command.real_time_factor, client.name
+            ),
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.GetTrajectories: self._trajectories,
@@ -250,7 +254,7 @@ class Owner:
         if command.needs_lease:
             self.expire()
             self.lease.require(client.session, epoch)
-        result: m.AnyResult | Later = self._handlers[type(command)](client, command, epoch or 0)
+        result = self._handlers[type(command)](client, command, epoch or 0) or m.Done()
         # The bound of those in work is that of the declaration.
         assert command.slow or not isinstance(result, Later), command  # noqa: S101
         return result
@@ -371,10 +375,9 @@ class Owner:
         self.lease.renew()
         return m.LeaseState(self.lease.value())
 
-    def _release(self, client: Client, *_: object) -> m.Done:
+    def _release(self, client: Client, *_: object) -> None:
         self.lease.end()
         self._lose_lease(f"{client.name} released the lease", client.name, client.session)
-        return m.Done()
 
     def _lose_lease(self, text: str, client: str, session: str = "") -> None:
         self._stop_dependent(session)
@@ -492,14 +495,6 @@ class Owner:
             text = f"{client} acknowledged {fault.kind.name} of {fault.source}; evidence: {name}"
             self._event("acknowledged", text, client, fault=fault_value(fault))
 
-    def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.Done:
-        self._stream(command.goal).set(velocity_of(command))
-        return m.Done()
-
-    def _end_jog(self, _: Client, command: m.EndJog, __: int) -> m.Done:
-        self._stream(command.goal).end()
-        return m.Done()
-
     def _stream(self, number: int) -> JogStream:
         operation = self.goals.get(number).operation
         if not isinstance(operation, Jog) or not isinstance(operation.velocities, JogStream):
@@ -509,52 +504,32 @@ class Owner:
             raise InvalidArgumentError(f"the jog {number} has ended; begin another one")
         return operation.velocities
 
-    def _cancel(self, _: Client, command: m.Cancel, __: int) -> m.Done:
-        self.goals.get(command.goal).operation.cancel()
-        return m.Done()
-
-    def _pause_goal(self, _: Client, command: m.PauseGoal, __: int) -> m.Done:
-        self.goals.get(command.goal).operation.pause()
-        return m.Done()
-
-    def _resume_goal(self, _: Client, command: m.ResumeGoal, __: int) -> m.Done:
-        self.goals.get(command.goal).operation.resume()
-        return m.Done()
-
-    def _pause(self, client: Client, command: m.Pause, _: int) -> m.Done:
+    def _pause(self, client: Client, command: m.Pause, _: int) -> None:
         self._pauses.begin(client, may_resume=command.may_resume)
         self._event("pause", f"{client.name} paused all motion", client.name)
-        return m.Done()
 
-    def _resume(self, client: Client, *_: object) -> m.Done:
+    def _resume(self, client: Client, *_: object) -> None:
         self.expire()
         if not self._pauses.lift(client):
-            return m.Done()
+            return
         text = f"{client.name} resumed the motion"
         if left := self._arm.pauses.values():
             text = f"{client.name} lifted its pause; motion stays paused by {joined([*left])}"
         self._event("resume", text, client.name)
-        return m.Done()
 
-    def _set_speed_override(self, client: Client, command: m.SetSpeedOverride, _: int) -> m.Done:
+    def _set_speed_override(self, client: Client, command: m.SetSpeedOverride, _: int) -> None:
         self.robot.speed_override = command.share
         text = f"{client.name} set the speed to {command.share:.0%}"
         self._event("speed_override", text, client.name)
-        return m.Done()
 
     def _simulate_fault(self, client: Client, command: m.SimulateFault, _: int) -> Later:
-        def finish(what: str) -> m.Done:
+        def finish(what: str) -> None:
             self._event("simulation", f"{client.name} simulates: {what}", client.name)
-            return m.Done()
 
         fault, joint, value = command.fault, command.joint, command.value
         return Later(lambda: simulate_fault(self._runner, fault, joint, value), finish)
 
-    def _set_real_time_factor(self, client: Client, command: m.SetRealTimeFactor, _: int) -> m.Done:
-        self._simulation.set_factor(command.real_time_factor, client.name)
-        return m.Done()
-
-    def _stop(self, client: Client, *_: object) -> m.Done:
+    def _stop(self, client: Client, *_: object) -> None:
         # First the arm, then all else.
         self._stops += 1
         self.robot.stop()
@@ -565,9 +540,8 @@ class Owner:
             text += f", and ended the lease of {self.lease.client}"
             self.lease.end()
         elif repeated:
-            return m.Done()
+            return
         self._event("stop", text, client.name, lease=self.lease.value())
-        return m.Done()
 
     def _is_repeated(self, client: Client) -> bool:
         """Return whether a STOP only repeats one: programs send it until the arm is at rest."""
@@ -616,14 +590,13 @@ class Owner:
         history = self._history
         return Later(lambda: history.between(command.begin, command.end, command.points))
 
-    def _report(self, client: Client, command: m.Report, _: int) -> m.Done:
+    def _report(self, client: Client, command: m.Report, _: int) -> None:
         text = command.text
         if not 0 < len(text) <= _REPORT_MAX:
             raise InvalidArgumentError(
                 f"a report has 1 to {_REPORT_MAX} characters, not {len(text)}; shorten it"
             )
         self._event("report", f"{client.name}: {printable(text)}", client.name)
-        return m.Done()
 
     def _content(self) -> tuple[object, ...]:
         space: Workspace = self._arm.workspace
@@ -654,4 +627,4 @@ class Owner:
 
 def run(result: m.AnyResult | Later) -> m.AnyResult:
     """Finish a request in this thread."""
-    return result.finish(result.work()) if isinstance(result, Later) else result
+    return result.ended(result.work()) if isinstance(result, Later) else result

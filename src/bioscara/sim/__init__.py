@@ -8,8 +8,7 @@ arm's positions without using it. ``servo`` simulates the gripper's servo, in
 a ``locked_folder``.
 """
 
-from bioscara.sim.bench import Bench as Bench
-from bioscara.sim.bench import BenchBus as BenchBus
+from bioscara.sim.bench import Bench as Bench, BenchBus as BenchBus
 from bioscara.sim.firmware_bus import FirmwareBus as FirmwareBus
 from bioscara.sim.onlooker import Onlooker as Onlooker
 from bioscara.sim.server import serve as serve

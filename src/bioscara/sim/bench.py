@@ -190,7 +190,7 @@ class Bench:
                 self._forget("brown_out", "")
                 arm.set_supply(on)
             case "brown_out":
-                if not self._lasts("supply"):
+                if not any(each.fault == "supply" for each in self.faults):
                     arm.set_supply(False, value)
                 self._due[fault] = arm.now() + value
             case _:
@@ -236,9 +236,6 @@ class Bench:
         self.faults = tuple(
             [each for each in self.faults if (each.fault, each.joint) != (fault, joint)]
         )
-
-    def _lasts(self, fault: str) -> bool:
-        return any(each.fault == fault for each in self.faults)
 
     def _clear(self) -> None:
         for fault, joint, *_ in self.faults:

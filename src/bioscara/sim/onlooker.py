@@ -6,14 +6,7 @@ import socket
 from pathlib import Path
 
 from bioscara.errors import BusUnavailableError
-from bioscara.sim.framing import (
-    ArmState,
-    FrameKind,
-    decode_state,
-    encode_frame,
-    expect,
-    next_frame,
-)
+from bioscara.sim.framing import ArmState, FrameKind, decode_state, encode_frame, expect, next_frame
 
 _TIMEOUT = 1.0
 _SEQUENCES = 2**32

@@ -218,7 +218,8 @@ class _Server:
             for client in self._clients
             if not client.replying and client.due <= now
         }
-        ready, _, _ = select.select([self._listener, *waiting], [], [], self._select_timeout(now))
+        timeout = min([_STEP, *(each.due - now for each in self._clients if each.due > now)])
+        ready, _, _ = select.select([self._listener, *waiting], [], [], timeout)
         self._skip_pause()
         for socket_ in ready:
             if socket_ is self._listener:
@@ -235,9 +236,6 @@ class _Server:
         """Disconnect all clients."""
         for client in tuple(self._clients):
             self._drop(client)
-
-    def _select_timeout(self, now: float) -> float:
-        return min([_STEP, *(client.due - now for client in self._clients if client.due > now)])
 
     def _skip_pause(self) -> None:
         """Drop a lag that is too large to be made up for."""

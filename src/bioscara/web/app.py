@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Response
 from starlette.types import ASGIApp
 
 from bioscara.api import messages as m
@@ -88,6 +88,7 @@ def make_app(settings: WebSettings) -> FastAPI:
         openapi_url=None,  # its own route, as the built-in one has no check
         docs_url=None,  # FastAPI's pages load programs from other sites
         redoc_url=None,
+        default_response_class=Response,  # each route encodes its answer
         lifespan=lifespan,
     )
     app.state.sign_ins = RateLimits(SIGN_INS, SIGN_INS / SIGN_IN_PERIOD)

@@ -69,24 +69,30 @@ def make_app(settings: WebSettings, viewed: Viewed, look: Look | None) -> FastAP
     async def parameters() -> ArmParameters:
         return viewed.parameters
 
-    app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app = FastAPI(
+        openapi_url=None,
+        docs_url=None,
+        redoc_url=None,
+        default_response_class=Response,
+        lifespan=lifespan,
+    )
     app.state.sign_ins = RateLimits(SIGN_INS, SIGN_INS / SIGN_IN_PERIOD)
     http.add_refusals(app)
     page.add_files(app)
     session.add(app, settings)
     model.add(app, parameters, work)
 
-    @app.get("/api/viewed", response_class=Response)
+    @app.get("/api/viewed")
     def what(_: Viewer) -> Response:
         return json(viewed)
 
-    @app.get("/api/viewed/now", response_class=Response)
+    @app.get("/api/viewed/now")
     async def now(_: Viewer) -> Response:
         # One at a time: an observer has one connection.
         async with looking:
             return json(await work.do(_seen, look))
 
-    @app.get("/api/clearance", response_class=Response)
+    @app.get("/api/clearance")
     async def nearest(joints: Annotated[list[float], Query()], _: Viewer) -> Response:
         return json(await work.do(clearance, viewed.parameters, viewed.workspace, joints))
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.cli.terminal.jog_keys import HOLD, JogKeys
 from bioscara.kinematics import Joints, Pose

@@ -6,8 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.hardware import CommandInterface, StateInterface

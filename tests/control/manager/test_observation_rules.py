@@ -8,8 +8,7 @@ import tracemalloc
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.diagnostics import (

@@ -13,8 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.drivers import Gripper, Pwm, calibrate
 from bioscara.errors import GripperError, InvalidArgumentError, LimitError

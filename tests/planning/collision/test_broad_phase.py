@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, example, given, settings, strategies as st
 
 from bioscara.planning.collision.arm_bodies import WIDTHS, WRIST, Body, arm_of, frames, reaches
 from bioscara.planning.collision.broad_phase import BroadPhase

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.errors import TrajectoryError
 from bioscara.planning import Trajectory, check, fit, point_to_point, read, write_csv

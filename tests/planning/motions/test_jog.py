@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 
 from bioscara.errors import InvalidArgumentError, LimitError, ZoneError
 from bioscara.kinematics import Joints, Scara

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning import Trajectory, check, point_to_point

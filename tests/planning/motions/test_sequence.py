@@ -4,8 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch

@@ -3,8 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose

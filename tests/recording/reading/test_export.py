@@ -15,8 +15,7 @@ from bioscara import Trajectory
 from bioscara.api.values import trajectory_value
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.model import load_parameters
-from bioscara.planning import check
-from bioscara.planning import read as read_trajectory
+from bioscara.planning import check, read as read_trajectory
 from bioscara.recording.reading import export
 from bioscara.recording.reading.export import export_csv, export_parquet
 from bioscara.recording.reading.scan import FileScan, messages

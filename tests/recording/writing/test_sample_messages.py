@@ -6,8 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
@@ -75,7 +74,7 @@ def same(found: Any, given: Any) -> bool:
 
 @given(samples, st.integers(0, 2**31 * 10**9 - 1))
 def test_a_sample_is_read_as_it_was(sample: StateSample, stamp: int) -> None:
-    made = SampleMessages(NAMES, ())
+    made = SampleMessages(NAMES, None)
     made.encode(sample, 1)
     found = {topic: decoded(topic, data) for topic, data in made.encode(sample, stamp)}
     for message in found.values():

@@ -61,7 +61,7 @@ def test_a_slow_disk_adds_no_fault_to_one_that_is_acknowledged(
         moments = slow_disk(made, monkeypatch)
         error = FollowingError("it is off", "j1", 1.0, 0.5)
         arm.stack.supervisor.fault(error, "j1", made.arm.now())
-        acknowledge = Acknowledge()
+        acknowledge = Acknowledge("acknowledge()")
         runner.begin(acknowledge)
         while not acknowledge.done:
             runner.step(idle=True)

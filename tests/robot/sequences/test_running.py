@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara import Frame, NamedPose, Pose, Robot, TeachTable, Tool, load_table
 from bioscara.errors import InvalidArgumentError, MotionCancelledError, UnreachableError

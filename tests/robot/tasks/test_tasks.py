@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from bioscara import Pose
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.robot import tasks
 from bioscara.robot.arm_methods import ArmMethods

@@ -6,8 +6,7 @@ import math
 from itertools import product
 
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose

@@ -11,8 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose

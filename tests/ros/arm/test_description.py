@@ -12,12 +12,12 @@ from trimesh.transformations import quaternion_about_axis, quaternion_multiply
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import Urdf
+from bioscara.hardware.link_frames import LinkFrames
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.ros.arm.description import RobotDescription
-from bioscara.ros.arm.frames import Frames
 from ros.share import expand
 
 SYSTEM = '<ros2_control name="{name}" type="system">{joints}</ros2_control>'
@@ -81,7 +81,7 @@ def test_text_that_is_no_description_is_refused() -> None:
         RobotDescription("no xml")
 
 
-def placed(frames: Frames, positions: dict[str, float], link: str) -> list[float]:
+def placed(frames: LinkFrames, positions: dict[str, float], link: str) -> list[float]:
     """Return position and yaw of a link in the root, from the transforms."""
     pending = {each.child: each for each in (*frames.fixed, *frames.at(positions))}
     place, turn = np.zeros(3), np.eye(3)
@@ -103,7 +103,7 @@ def placed(frames: Frames, positions: dict[str, float], link: str) -> list[float
 @pytest.mark.parametrize("joints", [Joints(0.3, 0.2, 0.8, -0.5), Joints(-1.2, 0.05, 2.0, 2.5)])
 def test_the_frames_agree_with_the_kinematics(joints: Joints) -> None:
     description = RobotDescription(URDF.read_text())
-    frames = Frames(description.urdf)
+    frames = LinkFrames(description.urdf)
     positions = dict(zip(("j1", "j2", "j3", "j4"), joints, strict=True)) | {"gripper": 0.05}
     pose = Workspace.of(load_parameters()).kinematics.forward(joints)
     x, y, z, _ = placed(frames, positions, "tool")
@@ -115,7 +115,7 @@ def test_angles_turn_about_the_fixed_axes_x_then_y_then_z() -> None:
         '<joint name="a" type="revolute"><parent link="b"/><child link="c"/>'
         '<origin xyz="1 2 3" rpy="0.3 -0.4 0.5"/><axis xyz="2 0 0"/></joint>'
     )
-    frames = Frames(Urdf(f"<robot name='r'>{joint}</robot>", "robot_description"))
+    frames = LinkFrames(Urdf(f"<robot name='r'>{joint}</robot>", "robot_description"))
     (still,), (turned,) = frames.at({"a": 0.0}), frames.at({"a": 0.7})
     assert still.translation == turned.translation == (1.0, 2.0, 3.0)
     # Of another implementation, as x, y, z, w.
@@ -132,7 +132,7 @@ def test_angles_turn_about_the_fixed_axes_x_then_y_then_z() -> None:
 
 
 def test_jaws_that_follow_the_gripper_have_frames_of_it() -> None:
-    frames = Frames(RobotDescription(URDF.read_text()).urdf)
+    frames = LinkFrames(RobotDescription(URDF.read_text()).urdf)
     moved = {each.child: each for each in frames.at({"gripper": 0.04})}
     still = {each.child: each for each in frames.at({"gripper": 0.0})}
     assert moved.keys() == still.keys()
@@ -141,7 +141,7 @@ def test_jaws_that_follow_the_gripper_have_frames_of_it() -> None:
 
 
 def test_a_link_whose_position_is_unknown_has_no_frame() -> None:
-    frames = Frames(RobotDescription(URDF.read_text()).urdf)
+    frames = LinkFrames(RobotDescription(URDF.read_text()).urdf)
     assert frames.at({"j1": math.nan, "j2": 0.1}) == frames.at({"j2": 0.1})
     assert len(frames.at({"j2": 0.1})) == 1
 
@@ -160,7 +160,7 @@ def test_a_link_whose_position_is_unknown_has_no_frame() -> None:
 )
 def test_a_joint_that_cannot_be_placed_is_refused(joint: str, complaint: str) -> None:
     with pytest.raises(ConfigurationError, match=complaint):
-        Frames(Urdf(f"<robot name='r'>{joint}</robot>", "robot_description"))
+        LinkFrames(Urdf(f"<robot name='r'>{joint}</robot>", "robot_description"))
 
 
 def test_a_prefixed_xacro_is_understood(prefix: Path) -> None:

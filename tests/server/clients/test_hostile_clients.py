@@ -21,8 +21,7 @@ from pathlib import Path
 import pytest
 
 from bioscara import Robot
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.gateway_pages import Announcement
 from bioscara.api.runtime import VARIABLE, find

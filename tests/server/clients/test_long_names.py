@@ -7,11 +7,9 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point

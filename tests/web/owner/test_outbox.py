@@ -6,8 +6,7 @@ import asyncio
 
 import msgspec
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.web.owner import outbox
 from bioscara.web.owner.outbox import Outbox
 

@@ -13,8 +13,7 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.clients import connection
 from bioscara.web.gateway import Gateway, GatewaySettings

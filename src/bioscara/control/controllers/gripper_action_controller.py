@@ -16,11 +16,7 @@ from bioscara.control.controllers.gripper_messages import (
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
-from bioscara.model.validation import (
-    Finite,
-    Name,
-    Positive,
-)
+from bioscara.model.validation import Finite, Name, Positive
 
 _ROUNDING = 1e-9
 """Difference of widths that comes from rounding [m]."""

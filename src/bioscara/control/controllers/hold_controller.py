@@ -9,9 +9,7 @@ from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
-from bioscara.model.validation import (
-    Positive,
-)
+from bioscara.model.validation import Positive
 
 _ARRIVAL = 0.1
 """Time that a joint may take to come to rest at its last setpoint [s]."""

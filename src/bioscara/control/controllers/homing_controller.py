@@ -13,9 +13,7 @@ from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import HOME, VELOCITY, LifecycleState
 from bioscara.hardware.interfaces import Quality
-from bioscara.model.validation import (
-    Positive,
-)
+from bioscara.model.validation import Positive
 
 
 class HomingSequenceParameters(Parameters):

@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from typing import Annotated, Self
 
 from bioscara.model.parameters import HIGHEST_RATE
-from bioscara.model.validation import (
-    Checked,
-    Within,
-)
+from bioscara.model.validation import Checked, Within
 
 
 class Parameters(Checked):

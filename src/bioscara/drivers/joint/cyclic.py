@@ -13,12 +13,7 @@ from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.readiness import Readiness
 from bioscara.drivers.joint.sample import FLAGS, JointSample, Quality, Setpoint
 from bioscara.drivers.link.session import Session
-from bioscara.errors import (
-    BioscaraError,
-    CommunicationError,
-    CorruptFrameError,
-    JointLostError,
-)
+from bioscara.errors import BioscaraError, CommunicationError, CorruptFrameError, JointLostError
 from bioscara.model import JointParameters
 from bioscara.protocol import READ, WRITE, Answer, Flags, Message, Register
 

@@ -46,14 +46,7 @@ from bioscara.errors import (
     StalledError,
 )
 from bioscara.model import JointParameters
-from bioscara.protocol import (
-    WATCHDOG_MS,
-    BrakeMode,
-    Capability,
-    Fault,
-    Flags,
-    Register,
-)
+from bioscara.protocol import WATCHDOG_MS, BrakeMode, Capability, Fault, Flags, Register
 
 _ORIENTATION_TIMEOUT = 5.0
 """Time limit of the orientation check [s]."""

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.link.session import Session
-from bioscara.errors import (
-    IncorrectStateError,
-    NotEnabledError,
-    NotHomedError,
-    StalledError,
-)
+from bioscara.errors import IncorrectStateError, NotEnabledError, NotHomedError, StalledError
 from bioscara.protocol import Flags, Register
 
 # A plain number: an operation on an IntFlag costs more than the rest of an exchange.

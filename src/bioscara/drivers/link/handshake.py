@@ -21,13 +21,7 @@ from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.link.joint_reports import Hello
 from bioscara.drivers.link.line import line_of
-from bioscara.drivers.link.original import (
-    QUIET,
-    START_UP,
-    forget_silence,
-    note_silence,
-    was_silent,
-)
+from bioscara.drivers.link.original import QUIET, START_UP, forget_silence, note_silence, was_silent
 from bioscara.errors import (
     CommunicationError,
     CorruptFrameError,

@@ -33,16 +33,7 @@ from bioscara.errors import (
     RefusedError,
     WrongJointError,
 )
-from bioscara.protocol import (
-    READ,
-    WATCHDOG_MS,
-    WRITE,
-    Answer,
-    Flags,
-    Message,
-    Refusal,
-    Register,
-)
+from bioscara.protocol import READ, WATCHDOG_MS, WRITE, Answer, Flags, Message, Refusal, Register
 from bioscara.protocol.rows import Support
 
 TRIES = 3

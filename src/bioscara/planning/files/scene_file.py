@@ -16,13 +16,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from bioscara.errors import ConfigurationError
-from bioscara.model.validation import (
-    Before,
-    Checked,
-    Name,
-    Problem,
-    Within,
-)
+from bioscara.model.validation import Before, Checked, Name, Problem, Within
 from bioscara.model.yaml_file import YamlFile
 from bioscara.planning.collision.arm_bodies import GRIPPER
 from bioscara.planning.collision.margins import MARGINS

@@ -9,7 +9,7 @@ import numpy as np
 
 from bioscara.errors import RecordingError
 from bioscara.planning.arrays import Array
-from bioscara.recording.reading.scan import FileScan, StoredMessage, messages
+from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.cdr import CdrReader
 from bioscara.rosbag.topics import Topic
 
@@ -115,15 +115,10 @@ def sample_tables(path: Path, scan: FileScan) -> Iterator[Mapping[str, Array]]:
             times.append(message.log_time)
             for column in stored.values():
                 column.append(b"")
-        if _belongs(message, times):
+        if times and message.log_time == times[-1]:
             stored[topic][-1] = message.data
     if times:
         yield _table(times, stored, layouts)
-
-
-def _belongs(message: StoredMessage, times: list[int]) -> bool:
-    """Return whether a message is of the newest sample."""
-    return bool(times) and message.log_time == times[-1]
 
 
 def _table(

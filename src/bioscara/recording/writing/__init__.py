@@ -2,6 +2,5 @@
 
 Begin with ``recorder``. It has an ``owner_recorder`` for each run of the owner, which writes what
 an ``arm_feed`` receives into files of a ``folder``. ``sample_messages`` encodes the state of each
-cycle and ``rare_messages`` the rest; ``transforms`` are those of the description, and
-``wall_clock`` the times.
+cycle and ``rare_messages`` the rest; ``wall_clock`` has the times.
 """

@@ -10,15 +10,10 @@ import msgspec
 
 from bioscara.api import messages as m
 from bioscara.errors import ConfigurationError, RecordingError
-from bioscara.model.urdf import urdf_of
-from bioscara.recording.content import (
-    DESCRIPTION,
-    GRIPPER,
-    METADATA,
-    OVERLAY,
-    PARAMETERS,
-    ArmStatus,
-)
+from bioscara.hardware import Urdf
+from bioscara.hardware.link_frames import LinkFrames
+from bioscara.model.urdf import URDF, urdf_of
+from bioscara.recording.content import DESCRIPTION, METADATA, OVERLAY, PARAMETERS, ArmStatus
 from bioscara.recording.writing.arm_feed import ArmFeed, FeedItem
 from bioscara.recording.writing.folder import RESERVE, RecordingFolder
 from bioscara.recording.writing.rare_messages import (
@@ -27,7 +22,6 @@ from bioscara.recording.writing.rare_messages import (
     transforms_message,
 )
 from bioscara.recording.writing.sample_messages import SampleMessages
-from bioscara.recording.writing.transforms import JointFrame, joint_frames
 from bioscara.recording.writing.wall_clock import WallClock
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
@@ -90,7 +84,7 @@ class OwnerRecorder:
         self._latched: dict[Topic, bytes] = {}
         self._evidence: set[str] = set()
         self._attachments: dict[str, tuple[str, str]] = {}
-        self._messages = SampleMessages(first.names, self._describe(first.names))
+        self._messages = SampleMessages(first.names, self._describe())
         self._flushed = self._synced = time.monotonic()
         # No file yet: these values are kept for the begin of each file.
         for item in (first, *feed.standing):
@@ -279,8 +273,8 @@ class OwnerRecorder:
             except OSError as error:
                 raise self._unusable(file, error) from error
 
-    def _describe(self, names: tuple[str, ...]) -> list[JointFrame]:
-        """Keep the description for the begin of each file; return its joints."""
+    def _describe(self) -> LinkFrames | None:
+        """Keep the description for the begin of each file; return its links."""
         description = self._feed.description
         parameters = _encode(description).decode()
         self._latched[Topic.PARAMETERS] = text_message(parameters)
@@ -289,10 +283,9 @@ class OwnerRecorder:
             urdf = urdf_of(description.parameters)
         except ConfigurationError as error:
             self._announce(f"without robot description and transforms: {error}")
-            return []
+            return None
         self._latched[Topic.ROBOT_DESCRIPTION] = text_message(urdf)
         self._attachments[DESCRIPTION] = ("application/xml", urdf)
-        frames = joint_frames(urdf, (*names, GRIPPER))
-        fixed = [(each.parent, each.child, each.at(())) for each in frames if each.source is None]
-        self._latched[Topic.TF_STATIC] = transforms_message(fixed, self._stamp)
+        frames = LinkFrames(Urdf(urdf, URDF.name))
+        self._latched[Topic.TF_STATIC] = transforms_message(frames.fixed, self._stamp)
         return frames

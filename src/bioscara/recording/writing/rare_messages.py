@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from bioscara.api.messages import Event, TrajectoryValue
-from bioscara.recording.writing.transforms import Transform
+from bioscara.hardware.link_frames import Transform
 from bioscara.rosbag.cdr import CdrMessage, put_stamp
 from bioscara.rosbag.joint_states import rounded
 from bioscara.rosbag.texts import LogLevel, log_message
@@ -59,18 +59,18 @@ def trajectory_message(trajectory: TrajectoryValue, frame: str, stamp: int) -> b
     return bytes(message.data)
 
 
-def transforms_message(transforms: Iterable[tuple[str, str, Transform]], stamp: int) -> bytes:
+def transforms_message(transforms: Iterable[Transform], stamp: int) -> bytes:
     """Return a tf2_msgs/TFMessage.
 
     Args:
-        transforms: Of each its parent, its child, and the child in the parent.
+        transforms: The poses of links in their parents.
         stamp: Their time [ns].
     """
     given = list(transforms)
     message = CdrMessage()
     message.uint32(len(given))
-    for parent, child, transform in given:
+    for parent, child, translation, rotation in given:
         put_stamp(message.data, message.header(parent), stamp)
         message.string(child)
-        message.doubles(transform)
+        message.doubles((*translation, *rotation))
     return bytes(message.data)

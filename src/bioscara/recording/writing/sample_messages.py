@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from bioscara.api.messages import StateSample
+from bioscara.hardware.link_frames import LinkFrames, Transform
 from bioscara.recording.content import GRIPPER
-from bioscara.recording.writing.transforms import JointFrame
 from bioscara.rosbag.cdr import CdrMessage
 from bioscara.rosbag.joint_states import (
     ARM,
@@ -47,12 +47,11 @@ class SampleMessages:
 
     Args:
         names: Names of its joints.
-        frames: Joints of its description, with positions in the order of ``names`` and the width;
-            empty for no transforms.
+        frames: Links of its description; None for no transforms.
     """
 
-    def __init__(self, names: Sequence[str], frames: Sequence[JointFrame]) -> None:
-        self._count, self._due = len(names), 0
+    def __init__(self, names: Sequence[str], frames: LinkFrames | None) -> None:
+        self._names, self._frames, self._due = names, frames, 0
         self._no_loads = (math.nan,) * len(names)
         self._states = joint_states(names, velocities=True)
         self._commands = joint_states((*names, GRIPPER), velocities=False)
@@ -64,11 +63,10 @@ class SampleMessages:
             }
         )
         self._pose = _pose()
-        moving = [frame for frame in frames if frame.source is not None]
-        self._all_frames = moving
-        self._arm_frames = [frame for frame in moving if frame.source != self._count]
-        self._all_transforms = _transforms(self._all_frames)
-        self._arm_transforms = _transforms(self._arm_frames)
+        # Without those of the jaws while their width is unknown.
+        known = dict.fromkeys(names, 0.0)
+        self._arm_transforms = _transforms(frames.at(known) if frames else ())
+        self._all_transforms = _transforms(frames.at(known | {GRIPPER: 0.0}) if frames else ())
 
     def encode(self, sample: StateSample, stamp: int) -> list[tuple[Topic, bytes]]:
         """Return the messages of a sample.
@@ -108,16 +106,15 @@ class SampleMessages:
             half = 0.5 * pose.yaw
             place = (pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
             messages.append((Topic.TOOL_POSE, self._pose.filled(stamp, (rounded(place),))))
-            if self._arm_frames and sample.cycle >= self._due:
+            if self._frames is not None and sample.cycle >= self._due:
                 self._due = sample.cycle + TF_CYCLES
-                messages.append((Topic.TF, self._transforms(positions, width, stamp)))
+                known = {**dict(zip(self._names, positions, strict=True)), GRIPPER: width}
+                template = self._arm_transforms if math.isnan(width) else self._all_transforms
+                rows = [
+                    rounded((*each.translation, *each.rotation)) for each in self._frames.at(known)
+                ]
+                messages.append((Topic.TF, template.filled(stamp, rows)))
         return messages
-
-    def _transforms(self, positions: Sequence[float], width: float, stamp: int) -> bytes:
-        known, frames, template = [*positions, width], self._all_frames, self._all_transforms
-        if math.isnan(width):
-            frames, template = self._arm_frames, self._arm_transforms
-        return template.filled(stamp, [rounded(frame.at(known)) for frame in frames])
 
 
 def _pose() -> Template:
@@ -126,11 +123,11 @@ def _pose() -> Template:
     return Template(message, (stamp,), [(message.doubles((0.0,) * 7), 7)])
 
 
-def _transforms(frames: Sequence[JointFrame]) -> Template:
+def _transforms(transforms: Sequence[Transform]) -> Template:
     message, stamps, groups = CdrMessage(), [], []
-    message.uint32(len(frames))
-    for frame in frames:
-        stamps.append(message.header(frame.parent))
-        message.string(frame.child)
+    message.uint32(len(transforms))
+    for each in transforms:
+        stamps.append(message.header(each.parent))
+        message.string(each.child)
         groups.append((message.doubles((0.0,) * 7), 7))
     return Template(message, stamps, groups)

@@ -28,9 +28,6 @@ class Acknowledge(Operation[tuple[ArmFault, ...]]):
 
     devices = EVERYTHING
 
-    def __init__(self) -> None:
-        super().__init__("acknowledge()")
-
     def cycles(self, arm: Arm) -> Cycles[tuple[ArmFault, ...]]:
         """Run cycles until the arm is at rest; return the faults."""
         stack = arm.stack
@@ -54,9 +51,6 @@ class Recover(Operation[None]):
     """Clears acknowledged faults, here and in the joints."""
 
     devices = EVERYTHING
-
-    def __init__(self) -> None:
-        super().__init__("recover()")
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Clear the faults after a cycle: one that occurred since the last must not go unseen."""

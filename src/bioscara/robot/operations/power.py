@@ -14,9 +14,6 @@ from bioscara.robot.operations.operation import Cycles, Operation
 class Enable(Operation[None]):
     """Enables all joints at their positions."""
 
-    def __init__(self) -> None:
-        super().__init__("enable()")
-
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Enable the joints, without a control cycle."""
         self.claim.require_not_stopped()
@@ -26,9 +23,6 @@ class Enable(Operation[None]):
 
 class Disable(Operation[None]):
     """Brings all joints to rest and disables them."""
-
-    def __init__(self) -> None:
-        super().__init__("disable()")
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Disable the joints, without a control cycle."""
@@ -43,9 +37,6 @@ class EnableGripper(Operation[None]):
 
     devices = GRIPPER
 
-    def __init__(self) -> None:
-        super().__init__("gripper.enable()")
-
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Drive the servo."""
         self.claim.require_not_stopped()
@@ -56,9 +47,6 @@ class DisableGripper(Operation[None]):
     """Releases the servo of the gripper."""
 
     devices = GRIPPER
-
-    def __init__(self) -> None:
-        super().__init__("gripper.disable()")
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Release the servo, without a control cycle."""

@@ -11,20 +11,12 @@ import msgspec
 
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.model.validation import (
-    Before,
-    Checked,
-    Problem,
-    Within,
-    is_number,
-    require_none,
-)
+from bioscara.model.validation import Before, Checked, Problem, Within, is_number, require_none
 from bioscara.planning.motions.waypoints import LEAST_BLEND, MOST_BLEND, Motion, Waypoint
 from bioscara.robot import tasks
 from bioscara.robot.planner import Planner
 from bioscara.robot.tasks.checks import check_fields, within
-from bioscara.robot.tasks.written import Unusable, struct_of
-from bioscara.robot.tasks.written import values_of as fields_of
+from bioscara.robot.tasks.written import Unusable, struct_of, values_of as fields_of
 from bioscara.robot.workspace.tools import FINGERS, check_name
 from bioscara.spelling import did_you_mean
 

@@ -111,10 +111,7 @@ class EnableGripper(Task, frozen=True, tag="enable_gripper"):
 
     scope = Scope.OPERATE
     method = "gripper.enable"
-
-    def operation(self, arm: Arm, conditions: Conditions) -> power.EnableGripper:  # noqa: ARG002
-        """Return the operation."""
-        return power.EnableGripper()
+    simple_operation = power.EnableGripper
 
 
 class DisableGripper(Task, frozen=True, tag="disable_gripper"):
@@ -122,10 +119,7 @@ class DisableGripper(Task, frozen=True, tag="disable_gripper"):
 
     scope = Scope.OPERATE
     method = "gripper.disable"
-
-    def operation(self, arm: Arm, conditions: Conditions) -> power.DisableGripper:  # noqa: ARG002
-        """Return the operation."""
-        return power.DisableGripper()
+    simple_operation = power.DisableGripper
 
 
 GripperTask = (

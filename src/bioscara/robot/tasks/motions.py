@@ -9,17 +9,8 @@ from bioscara.drivers.joint.homing import check_current, check_sensitivity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.motions import home
-from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.tasks.checks import checked_by
-from bioscara.robot.tasks.fields import (
-    Displacement,
-    Name,
-    Positions,
-    Target,
-    Turn,
-    Via,
-    waypoints,
-)
+from bioscara.robot.tasks.fields import Displacement, Name, Positions, Target, Turn, Via, waypoints
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Conditions, PlannedMotion, Task
 
@@ -48,14 +39,6 @@ class MoveJoints(PlannedMotion, frozen=True, kw_only=True, tag="move_joints"):
 
     positions: Positions
 
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.move_joints(
-            self.positions,
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
-
 
 class MoveTo(PlannedMotion, frozen=True, kw_only=True, tag="move_to"):
     """Move to a pose by the closest joint solution; the path of the tool is a curve.
@@ -70,15 +53,6 @@ class MoveTo(PlannedMotion, frozen=True, kw_only=True, tag="move_to"):
     pose: Target
     frame: Name | None = None
 
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.move_to(
-            self.pose,
-            frame=self.frame,
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
-
 
 class MoveLinear(PlannedMotion, frozen=True, kw_only=True, tag="move_linear"):
     """Move to a pose along a line.
@@ -92,15 +66,6 @@ class MoveLinear(PlannedMotion, frozen=True, kw_only=True, tag="move_linear"):
 
     pose: Target
     frame: Name | None = None
-
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.move_linear(
-            self.pose,
-            frame=self.frame,
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
 
 
 class MoveRelative(PlannedMotion, frozen=True, kw_only=True, tag="move_relative"):
@@ -120,17 +85,6 @@ class MoveRelative(PlannedMotion, frozen=True, kw_only=True, tag="move_relative"
     z: Displacement = 0.0
     yaw: Turn = 0.0
 
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.move_relative(
-            self.x,
-            self.y,
-            self.z,
-            self.yaw,
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
-
 
 class MoveCircular(PlannedMotion, frozen=True, kw_only=True, tag="move_circular"):
     """Move to a pose along an arc through another one.
@@ -147,16 +101,6 @@ class MoveCircular(PlannedMotion, frozen=True, kw_only=True, tag="move_circular"
     pose: Target
     frame: Name | None = None
 
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.move_circular(
-            self.via,
-            self.pose,
-            frame=self.frame,
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
-
 
 class MoveNamed(PlannedMotion, frozen=True, kw_only=True, tag="move_named"):
     """Move to a pose of the teach table; if it was taught with joints, these are the goal.
@@ -169,14 +113,6 @@ class MoveNamed(PlannedMotion, frozen=True, kw_only=True, tag="move_named"):
 
     name: Name
 
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.move_named(
-            self.name,
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
-
 
 class MoveSequence(PlannedMotion, frozen=True, kw_only=True, tag="move_sequence"):
     """Move along waypoints with rounded corners.
@@ -187,26 +123,11 @@ class MoveSequence(PlannedMotion, frozen=True, kw_only=True, tag="move_sequence"
 
     waypoints: Annotated[tuple[Waypoint, ...], checked_by(waypoints)]
 
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.move_sequence(
-            self.waypoints,
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
-
 
 class Unfold(PlannedMotion, frozen=True, kw_only=True, tag="unfold"):
     """Open the elbow alone, so that a folded arm can move freely."""
 
     step = True
-
-    def plan(self, planner: Planner) -> Plan:
-        """Return the plan."""
-        return planner.unfold(
-            velocity_scaling=self.velocity_scaling,
-            acceleration_scaling=self.acceleration_scaling,
-        )
 
 
 def _chosen(_: str, value: Any) -> Any:

@@ -39,6 +39,8 @@ class Task(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
         scope: The right that a client needs.
         method: The method or property of a robot that does it, where it is not named as its kind.
         step: Whether a step of a sequence may be one.
+        simple_operation: The operation that carries it out, where that takes only its name; None
+            where it takes more.
 
     Raises:
         InvalidArgumentError: A value cannot be used; nothing moved.
@@ -47,6 +49,7 @@ class Task(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
     scope: ClassVar[Scope] = Scope.ADMIN
     method: ClassVar[str] = ""
     step: ClassVar[bool] = False
+    simple_operation: ClassVar[type[Operation[Any]] | None] = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -71,13 +74,15 @@ class Task(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
         Raises:
             NotSupportedError: Only the owner of an arm can carry it out.
         """
+        if self.simple_operation is not None:
+            return self.simple_operation(f"{self.call()}()")
         raise NotSupportedError(
             f"{self.kind()} is carried out by the owner of an arm: use Robot.connect('arm:NAME')"
         )
 
 
 class PlannedMotion(Task, frozen=True, kw_only=True):
-    """A motion that is planned, then followed.
+    """A motion that is planned, then followed: by the planner's method of its name.
 
     Attributes:
         velocity_scaling: Share of the speed limits to use, 0.001 to 1.
@@ -91,7 +96,8 @@ class PlannedMotion(Task, frozen=True, kw_only=True):
 
     def plan(self, planner: Planner) -> Plan:
         """Return the plan from where the arm is; nothing moves."""
-        raise NotImplementedError
+        plan: Plan = getattr(planner, self.kind())(**msgspec.structs.asdict(self))
+        return plan
 
     def operation(self, arm: Arm, conditions: Conditions) -> FollowTrajectory:  # noqa: ARG002
         """Return the operation that plans and follows it."""

@@ -31,12 +31,7 @@ from typing import Annotated
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.model.validation import (
-    Checked,
-    Name,
-    Problem,
-    Within,
-)
+from bioscara.model.validation import Checked, Name, Problem, Within
 from bioscara.model.yaml_file import NODES_MAX, SIZE_MAX, YamlFile, read_text
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import NamedPose, TeachTable

@@ -9,7 +9,7 @@ from bioscara_interfaces.action import MoveNamed, MoveToPose
 from rclpy.action import ActionServer, CancelResponse
 
 from bioscara.errors import BioscaraError
-from bioscara.ros.arm.services import FOLDER, pose_of
+from bioscara.ros.arm.services import FOLDER, pose_of, scalings
 from bioscara.ros.bridge import Bridge
 
 _PERIOD = 0.05
@@ -63,15 +63,8 @@ class ArmActions:
 
 def _begin_move_to(robot: Any, goal: Any) -> Any:
     method = robot.move_linear if goal.linear else robot.move_to
-    return method(pose_of(goal.pose), **_scalings(goal), wait=False)
+    return method(pose_of(goal.pose), **scalings(goal), wait=False)
 
 
 def _begin_move_named(robot: Any, goal: Any) -> Any:
-    return robot.move_named(goal.name, **_scalings(goal), wait=False)
-
-
-def _scalings(goal: Any) -> dict[str, float]:
-    return {
-        "velocity_scaling": goal.velocity_scaling,
-        "acceleration_scaling": goal.acceleration_scaling,
-    }
+    return robot.move_named(goal.name, **scalings(goal), wait=False)

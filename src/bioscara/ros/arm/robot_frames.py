@@ -9,9 +9,9 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from bioscara.api import messages as m
+from bioscara.hardware.link_frames import LinkFrames
 from bioscara.ros import messages
 from bioscara.ros.arm.description import RobotDescription
-from bioscara.ros.arm.frames import Frames
 from bioscara.ros.arm_time import ArmTime
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -24,7 +24,7 @@ class RobotFrames:
 
     def __init__(self, node: Any, description: RobotDescription, time: ArmTime) -> None:
         self._description, self._time = description, time
-        self._frames = Frames(description.urdf)
+        self._frames = LinkFrames(description.urdf)
         self._text = node.create_publisher(String, DESCRIPTION, LATCHED)
         self._static = node.create_publisher(TFMessage, "/tf_static", LATCHED)
         self._moving = node.create_publisher(TFMessage, "/tf", 100)

@@ -71,18 +71,18 @@ class ArmServices:
 
     def _plan_to_joints(self, request: Any, response: Any) -> None:
         plan = self._bridge.owner.robot.plan.move_joints(
-            tuple(request.positions), **_scalings(request)
+            tuple(request.positions), **scalings(request)
         )
         self._answer(plan, response)
 
     def _plan_to_named(self, request: Any, response: Any) -> None:
-        plan = self._bridge.owner.robot.plan.move_named(request.name, **_scalings(request))
+        plan = self._bridge.owner.robot.plan.move_named(request.name, **scalings(request))
         self._answer(plan, response)
 
     def _plan_to_pose(self, request: Any, response: Any) -> None:
         planner = self._bridge.owner.robot.plan
         method = planner.move_linear if request.linear else planner.move_to
-        self._answer(method(pose_of(request.pose), **_scalings(request)), response)
+        self._answer(method(pose_of(request.pose), **scalings(request)), response)
 
     def _answer(self, plan: Plan, response: Any) -> None:
         description = self._bridge.description
@@ -148,7 +148,8 @@ def pose_of(message: Any) -> Pose:
     return Pose(message.x, message.y, message.z, message.yaw)
 
 
-def _scalings(request: Any) -> dict[str, Any]:
+def scalings(request: Any) -> dict[str, Any]:
+    """Return the shares of the limits of a request or goal, as arguments of a motion."""
     return {
         "velocity_scaling": request.velocity_scaling,
         "acceleration_scaling": request.acceleration_scaling,

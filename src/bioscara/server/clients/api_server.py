@@ -10,8 +10,7 @@ import pwd
 import secrets
 from concurrent.futures import ThreadPoolExecutor
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, BioscaraError, BusyOwnerError, ConfigurationError

@@ -32,18 +32,18 @@ class Client(Protocol):
         """Send the record of a control cycle of its goal, unless it reads too slowly."""
 
 
-def _same(result: m.AnyResult) -> m.AnyResult:
-    return result
-
-
 class Later(NamedTuple):
     """A request that takes longer than a thread of requests may be occupied.
 
     Attributes:
         work: Called in another thread.
         finish: Called with its result in the thread of the requests; returns that of the request,
-            by default the same.
+            by default the same. None for Done.
     """
 
     work: Callable[[], Any]
-    finish: Callable[[Any], m.AnyResult] = _same
+    finish: Callable[[Any], m.AnyResult | None] = lambda result: result
+
+    def ended(self, result: Any) -> m.AnyResult:
+        """Return the result of the request for that of the work."""
+        return self.finish(result) or m.Done()

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
 from bioscara.errors import (
     BioscaraError,
@@ -411,7 +410,7 @@ class Connection(asyncio.Protocol):
         loop = asyncio.get_running_loop()
         try:
             done = await loop.run_in_executor(workers, later.work)
-            message: Answer = m.Response(number, later.finish(done))
+            message: Answer = m.Response(number, later.ended(done))
         except Exception as error:  # noqa: BLE001  answered to the client
             message = self._refusal(number, error)
         answer(message)

@@ -56,7 +56,8 @@ _SWITCHING = "switching controllers"
 _POINTS_MAX = 100_000
 """Largest number of points of a trajectory."""
 
-Handler = Callable[[Client, Any, int], m.AnyResult | Later]
+Handler = Callable[[Client, Any, int], m.AnyResult | Later | None]
+"""Carries out a command of a client with the epoch of its lease; returns None for Done."""
 
 
 class Admission(Protocol):
@@ -129,11 +130,7 @@ class ClientControllers:
             self._wait_for_rest()
             self._between(f"loading {controller.name}", lambda: add(controller))
 
-        def finish(_: object) -> m.Done:
-            self._loaders.add(client, command.name, former)
-            return m.Done()
-
-        return Later(self._alone(work), finish)
+        return Later(self._alone(work), lambda _: self._loaders.add(client, command.name, former))
 
     def _configure(self, client: Client, command: m.ConfigureController, _: int) -> Later:
         return self._change("configuring", client, command.name, self._arm.stack.manager.configure)
@@ -144,18 +141,14 @@ class ClientControllers:
     def _unload(self, client: Client, command: m.UnloadController, _: int) -> Later:
         name = command.name
         work = self._change("unloading", client, name, self._arm.stack.manager.unload).work
-
-        def finish(_: object) -> m.Done:
-            self._loaders.remove(name)
-            return m.Done()
-
-        return Later(work, finish)
+        return Later(work, lambda _: self._loaders.remove(name))
 
     def _change(self, what: str, client: Client, name: str, change: Callable[[str], None]) -> Later:
         require_client(name)
         self._loaders.take(client, [name])
-        work = self._alone(lambda: self._between(f"{what} a controller", lambda: change(name)))
-        return Later(work, _done)
+        return Later(
+            self._alone(lambda: self._between(f"{what} a controller", lambda: change(name)))
+        )
 
     def _remove(self, name: str) -> None:
         """Unload a controller of a client that has left, between two cycles."""
@@ -203,7 +196,7 @@ class ClientControllers:
         if run is not None and not run.done:
             with suppress(_EndedError):
                 return self._between(_SWITCHING, partial(self._switch_in, run, request)), None
-        if not self._need_operation(command):
+        if not any(map(self._commands, command.activate)):
             return self._between(_SWITCHING, partial(self._switch_idle, request)), None
         run = self._run = RunControllers(*request)
         self._runner.begin(run, check)
@@ -229,9 +222,6 @@ class ClientControllers:
             if self._commands(name):
                 raise SwitchError(f"{name} was changed meanwhile; repeat the switch")
         return switch(stack, self._arm.session.clock.now(), *request)
-
-    def _need_operation(self, command: m.SwitchControllers) -> bool:
-        return any(map(self._commands, command.activate))
 
     def _commands(self, name: str) -> bool:
         return any(
@@ -318,7 +308,7 @@ class ClientControllers:
 
             self._between(f"a trajectory for {name}", send)
 
-        return Later(work, _done)
+        return Later(work)
 
     def _move_gripper(self, _: Client, command: m.SendGripperGoal, __: int) -> Later:
         name = command.controller
@@ -342,14 +332,13 @@ class ClientControllers:
             if handle is not None:
                 self.goals.add(name, handle)
 
-        return Later(lambda: self._between(f"homing by {name}", send), _done)
+        return Later(lambda: self._between(f"homing by {name}", send))
 
-    def _command(self, _: Client, command: m.CommandController, __: int) -> m.Done:
+    def _command(self, _: Client, command: m.CommandController, __: int) -> None:
         # At once, as it comes at the rate of the cycle: the controller takes it in its next one,
         # and one that is activated anew has forgotten it.
         self._require_running(command.controller)
         self._get(command.controller, ForwardCommandController).command(command.values)
-        return m.Done()
 
     def _cancel(self, _: Client, command: m.CancelControllerGoal, __: int) -> Later:
         name = command.controller
@@ -364,7 +353,7 @@ class ClientControllers:
             elif isinstance(controller, GripperActionController | HomingController):
                 controller.cancel()
 
-        return Later(lambda: self._between(f"cancelling a goal of {name}", cancel), _done)
+        return Later(lambda: self._between(f"cancelling a goal of {name}", cancel))
 
     def _set_scaling(self, _: Client, command: m.SetControllerScaling, __: int) -> Later:
         name = command.controller
@@ -373,7 +362,7 @@ class ClientControllers:
             run = self._require_running(name)
             run.set_scaling(self._get(name, JointTrajectoryController), command.factor)
 
-        return Later(lambda: self._between(f"the scaling of {name}", scale), _done)
+        return Later(lambda: self._between(f"the scaling of {name}", scale))
 
     def _set_parameters(self, client: Client, command: m.SetControllerParameters, _: int) -> Later:
         name = command.controller
@@ -386,7 +375,7 @@ class ClientControllers:
             parameters = controller.parameters.changed(name, command.parameters)
             self._between(f"the parameters of {name}", lambda: controller.change(parameters))
 
-        return Later(self._alone(work), _done)
+        return Later(self._alone(work))
 
     def _query(self, _: Client, command: m.QueryController, __: int) -> Later:
         name = command.controller
@@ -467,7 +456,3 @@ class ClientControllers:
 
 class _EndedError(Exception):
     """The operation of the controllers has ended before the request."""
-
-
-def _done(_: object) -> m.Done:
-    return m.Done()

@@ -14,8 +14,7 @@ from typing import Any
 
 import msgspec
 from starlette.datastructures import MutableHeaders
-from starlette.types import ASGIApp, Message, Receive, Send
-from starlette.types import Scope as AsgiScope
+from starlette.types import ASGIApp, Message, Receive, Scope as AsgiScope, Send
 
 from bioscara.errors import AccessError
 from bioscara.robot.tasks.scope import Scope

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import TypeVar
 
 import msgspec
@@ -26,11 +25,10 @@ class OwnerFacts:
 
     Args:
         queries: The client that asks.
-        clock: Returns the time [s].
     """
 
-    def __init__(self, queries: OwnerQueries, clock: Callable[[], float] = time.monotonic) -> None:
-        self._queries, self._clock = queries, clock
+    def __init__(self, queries: OwnerQueries) -> None:
+        self._queries = queries
         self._kept: dict[type[m.Result], tuple[float, m.Result]] = {}
 
     async def description(self) -> m.Description:
@@ -56,12 +54,12 @@ class OwnerFacts:
 
     async def _recent(self, command: m.AnyCommand, kind: type[_R]) -> _R:
         kept = self._kept.get(kind)
-        if kept is not None and self._clock() - kept[0] < _AGE and isinstance(kept[1], kind):
+        if kept is not None and time.monotonic() - kept[0] < _AGE and isinstance(kept[1], kind):
             return kept[1]
         answer = await self._queries.ask(command)
         try:
             value = msgspec.json.decode(answer, type=kind)
         except msgspec.DecodeError as error:
             raise ProtocolError(f"an answer of the owner cannot be used: {error}") from error
-        self._kept[kind] = (self._clock(), value)
+        self._kept[kind] = (time.monotonic(), value)
         return value

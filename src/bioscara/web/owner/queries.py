@@ -9,8 +9,7 @@ from typing import Any
 
 import msgspec
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.errors import OwnerLostError, ProtocolError
 from bioscara.web.owner.stream import OwnerStream
 

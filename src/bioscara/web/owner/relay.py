@@ -15,15 +15,9 @@ from typing import NamedTuple
 import msgspec
 from fastapi import WebSocket, WebSocketDisconnect
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
-from bioscara.errors import (
-    AccessError,
-    BioscaraError,
-    OwnerLostError,
-    ProtocolError,
-)
+from bioscara.errors import AccessError, BioscaraError, OwnerLostError, ProtocolError
 from bioscara.printing import printable
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.rate_limit import RateLimit

@@ -7,8 +7,7 @@ from contextlib import suppress
 
 import msgspec
 
-from bioscara.api import messages as m
-from bioscara.api import runtime
+from bioscara.api import messages as m, runtime
 from bioscara.api.gateway_pages import page_of
 from bioscara.errors import InvalidArgumentError, OwnerLostError
 from bioscara.web.owner.queries import OwnerQueries, RequestFailedError

@@ -17,7 +17,6 @@ def add(app: FastAPI, served: ServedArms) -> None:
 
     @app.get(
         "/api/arms",
-        response_class=Response,
         summary="The arms that are served on this computer.",
         responses=answers(ServedArm, many=True),
     )
@@ -26,7 +25,6 @@ def add(app: FastAPI, served: ServedArms) -> None:
 
     @app.post(
         "/api/arms/stop",
-        response_class=Response,
         summary="Stop all arms of this computer; a token that may look at one is enough.",
         responses=answers(StoppedArm, many=True),
     )
@@ -36,7 +34,6 @@ def add(app: FastAPI, served: ServedArms) -> None:
 
     @app.post(
         "/api/arms/{name}/stop",
-        response_class=Response,
         summary="Stop an arm of this computer.",
         responses=answers(StoppedArm, many=True),
     )

@@ -13,8 +13,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, HTTPConnection
 
-from bioscara.api import framing
-from bioscara.api import messages as m
+from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.robot.tasks.scope import Scope
@@ -44,20 +43,8 @@ class ContentVerdict(msgspec.Struct, frozen=True):
     failure: m.FailureValue | None
 
 
-class _ScopeError(Exception):
-    """The credential of a request lacks the right for a route."""
-
-    def __init__(self, needed: Scope, has: Scope) -> None:
-        self.needed, self.has = needed, has
-        super().__init__(needed, has)
-
-
 class _BodyError(Exception):
     """The body of a request does not fit its route."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
-        super().__init__(text)
 
 
 class HttpError(Exception):
@@ -80,7 +67,11 @@ def needs(scope: Scope) -> Callable[[HTTPConnection], Credential]:
         credential = connection.state.credential
         assert isinstance(credential, Credential)  # noqa: S101  the guard let it through
         if credential.scope < scope:
-            raise _ScopeError(scope, credential.scope)
+            raise HttpError(
+                HTTPStatus.FORBIDDEN,
+                f"this needs the scope {scope.name.lower()}, and this client has "
+                f"{credential.scope.name.lower()}; open the page with another token",
+            )
         return credential
 
     return check
@@ -93,7 +84,6 @@ def add_refusals(app: FastAPI) -> None:
     """Let errors of the routes be answered with a failure, as the owner's are."""
     app.add_exception_handler(RequestValidationError, _refuse_values)
     app.add_exception_handler(_BodyError, _refuse_body)
-    app.add_exception_handler(_ScopeError, _refuse_scope)
     app.add_exception_handler(HttpError, _refuse)
     app.add_exception_handler(HTTPException, _refuse_route)
     app.add_exception_handler(RequestFailedError, _refuse_request)
@@ -223,8 +213,7 @@ async def _refuse_values(_: Request, error: Exception) -> Response:
 
 
 async def _refuse_body(_: Request, error: Exception) -> Response:
-    assert isinstance(error, _BodyError)  # noqa: S101  as registered
-    return _unusable(error.text)
+    return _unusable(str(error))
 
 
 def _unusable(text: str) -> Response:
@@ -244,15 +233,6 @@ async def _refuse_route(_: Request, error: Exception) -> Response:
     # With status 405, Allow has the methods that the path takes.
     answer.headers.update(error.headers or {})
     return answer
-
-
-async def _refuse_scope(_: Request, error: Exception) -> Response:
-    assert isinstance(error, _ScopeError)  # noqa: S101  as registered
-    text = (
-        f"this needs the scope {error.needed.name.lower()}, and this client has "
-        f"{error.has.name.lower()}; open the page with another token"
-    )
-    return refusal(HTTPStatus.FORBIDDEN, text)
 
 
 async def _refuse_request(_: Request, error: Exception) -> Response:

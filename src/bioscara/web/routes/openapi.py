@@ -21,7 +21,7 @@ def add(app: FastAPI, types: Sequence[type[Any]]) -> None:
     """
     cached: list[bytes] = []
 
-    @app.get("/openapi.json", response_class=Response, include_in_schema=False)
+    @app.get("/openapi.json", include_in_schema=False)
     def openapi(_: Viewer) -> Response:
         if not cached:
             cached.append(msgspec.json.encode(_document(app, types)))

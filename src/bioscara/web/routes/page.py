@@ -20,14 +20,14 @@ def add_files(app: FastAPI) -> None:
     """Add the routes of the files, which need no credential: they reveal nothing of the arm."""
     for path, asset in ASSETS.items():
         route = _asset_route(asset)
-        app.add_api_route(path, route, response_class=Response, include_in_schema=False)
+        app.add_api_route(path, route, include_in_schema=False)
 
 
 def add(app: FastAPI, arm: str) -> None:
     """Add the routes, none of which needs a credential."""
     add_files(app)
 
-    @app.get("/healthz", response_class=Response, summary="Whether gateway and owner run.")
+    @app.get("/healthz", summary="Whether gateway and owner run.")
     def healthz() -> Response:
         try:
             find(arm)

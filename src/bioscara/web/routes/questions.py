@@ -43,7 +43,6 @@ def _add_questions(app: FastAPI, queries: OwnerQueries) -> None:
             _question_route(queries, command()),
             summary=summary,
             operation_id=result.__name__,
-            response_class=Response,
             responses={200: {"content": schema(result)}},
         )
 
@@ -62,7 +61,6 @@ def _add_flight_record(app: FastAPI, queries: OwnerQueries) -> None:
 
     @app.get(
         "/api/flight-records/{name}",
-        response_class=Response,
         summary="A flight record as an MCAP file, by a name of the list.",
         responses={200: {"content": {"application/octet-stream": {}}}},
     )
@@ -82,7 +80,6 @@ def _add_flight_record(app: FastAPI, queries: OwnerQueries) -> None:
 def _add_stop(app: FastAPI, settings: WebSettings) -> None:
     @app.post(
         "/api/stop",
-        response_class=Response,
         summary="Stop all motion; a token that may look is enough.",
         responses={200: {"content": schema(m.Done)}},
     )

@@ -39,7 +39,6 @@ def add(app: FastAPI, settings: WebSettings) -> None:
 
     @app.post(
         "/session",
-        response_class=Response,
         summary="Sign a browser in: a token for a cookie.",
         openapi_extra={"requestBody": {"required": True, "content": body}},
     )
@@ -66,7 +65,6 @@ def add(app: FastAPI, settings: WebSettings) -> None:
 
     @app.get(
         "/session",
-        response_class=Response,
         summary="What this browser may do, and the version of the page's files.",
     )
     def session(request: Request) -> Response:
@@ -74,7 +72,7 @@ def add(app: FastAPI, settings: WebSettings) -> None:
         scope = credential.scope.name.lower() if credential else None
         return json({"scope": scope, "assets": VERSION})
 
-    @app.delete("/session", response_class=Response, summary="Sign this browser out.")
+    @app.delete("/session", summary="Sign this browser out.")
     async def sign_out(request: Request) -> Response:
         credential = request.state.credential
         if credential is not None and credential.value:

@@ -17,8 +17,7 @@ from pathlib import Path
 import pytest
 from websockets.sync.client import connect
 
-from bioscara.api import messages as m
-from bioscara.api import runtime
+from bioscara.api import messages as m, runtime
 from bioscara.remote.link import OwnerLink
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served

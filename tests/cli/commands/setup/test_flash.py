@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.flashing import access, dfu, programmer
-from bioscara.flashing import image as image_file
+from bioscara.flashing import access, dfu, image as image_file, programmer
 from bioscara.flashing.access import RULES
 from bioscara.version import __version__
 from cli.said import Said

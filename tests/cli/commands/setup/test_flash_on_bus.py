@@ -17,8 +17,7 @@ from bioscara.errors import (
     NotSupportedError,
     RefusedError,
 )
-from bioscara.flashing import JOINTS
-from bioscara.flashing import image as image_file
+from bioscara.flashing import JOINTS, image as image_file
 from bioscara.model import load_parameters
 from bioscara.protocol import READ, Refusal, Register, ResetCause
 from bioscara.robot.connection import devices

@@ -7,8 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, Phase, given, settings, strategies as st
 
 from bioscara.control.controllers.joint_trajectory import ErrorCode, GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.goal_conversion import Request, prepare

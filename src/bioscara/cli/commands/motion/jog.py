@@ -36,13 +36,7 @@ def run(options: Options, output: Output) -> ExitStatus:
         InvalidArgumentError: Standard input is no terminal, or an option is wrong.
     """
     from bioscara.cli.arm_parameters import parameters_from
-    from bioscara.cli.motion import (
-        carry_out,
-        limitation_line,
-        opened_arm,
-        show_position,
-        tool_line,
-    )
+    from bioscara.cli.motion import carry_out, limitation_line, opened_arm, show_position, tool_line
     from bioscara.cli.opened_arm import arrange
     from bioscara.cli.output.angles import angle_unit
     from bioscara.cli.target import scene_from

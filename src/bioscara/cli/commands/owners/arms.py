@@ -13,8 +13,7 @@ def arguments(_: Parser) -> None:
 
 def run(options: Options, output: Output) -> None:  # noqa: ARG001
     """List the running owners."""
-    from bioscara.api import messages as m
-    from bioscara.api import runtime
+    from bioscara.api import messages as m, runtime
     from bioscara.cli.owner_link import asked, linked, state_words
 
     rows: list[tuple[str, ...]] = [("arm", "bus", "process", "state", "commanded by")]

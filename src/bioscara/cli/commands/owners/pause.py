@@ -14,8 +14,7 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Options, output: Output) -> None:
     """Pause all motion of an arm, or of all that are served."""
-    from bioscara.api import messages as m
-    from bioscara.api import runtime
+    from bioscara.api import messages as m, runtime
     from bioscara.cli.owner_link import author, linked
 
     # All, as by a stop: to come to rest is safe.

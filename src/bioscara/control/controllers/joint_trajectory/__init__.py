@@ -17,14 +17,12 @@ from bioscara.control.controllers.joint_trajectory.goal_conversion import (
 )
 from bioscara.control.controllers.joint_trajectory.goal_messages import (
     ControllerState as ControllerState,
-)
-from bioscara.control.controllers.joint_trajectory.goal_messages import ErrorCode as ErrorCode
-from bioscara.control.controllers.joint_trajectory.goal_messages import Feedback as Feedback
-from bioscara.control.controllers.joint_trajectory.goal_messages import Goal as Goal
-from bioscara.control.controllers.joint_trajectory.goal_messages import GoalHandle as GoalHandle
-from bioscara.control.controllers.joint_trajectory.goal_messages import (
+    ErrorCode as ErrorCode,
+    Feedback as Feedback,
+    Goal as Goal,
+    GoalHandle as GoalHandle,
     JointTrajectory as JointTrajectory,
+    Point as Point,
+    Tolerance as Tolerance,
 )
-from bioscara.control.controllers.joint_trajectory.goal_messages import Point as Point
-from bioscara.control.controllers.joint_trajectory.goal_messages import Tolerance as Tolerance
 from bioscara.control.controllers.joint_trajectory.pid import Gains as Gains

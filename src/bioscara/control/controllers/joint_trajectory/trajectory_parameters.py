@@ -11,13 +11,7 @@ from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
-from bioscara.model.validation import (
-    KNOWN_AS,
-    Checked,
-    NotNegative,
-    Positive,
-    parsed,
-)
+from bioscara.model.validation import KNOWN_AS, Checked, NotNegative, Positive, parsed
 
 Kind = Literal["position", "velocity"]
 CHANGEABLE = frozenset(

@@ -137,6 +137,17 @@ export class Arm {
     };
   }
 
+  /**
+   * Call a function now, and after each change of some topics.
+   *
+   * @param {Topic[]} topics The topics.
+   * @param {() => void} listener The function.
+   */
+  follow(topics, listener) {
+    for (const topic of topics) this.on(topic, listener);
+    listener();
+  }
+
   /** @param {Topic} topic */
   #tell(topic) {
     for (const listener of this.listeners.get(topic) ?? []) listener();

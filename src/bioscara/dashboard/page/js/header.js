@@ -78,8 +78,7 @@ function buildIdentity(app) {
     setText(condition, what);
     setValues(condition, { hidden: what === "", className: `badge condition ${tone}` });
   }
-  for (const topic of /** @type {const} */ (["sample", "link", "lease", "description", "reset"])) arm.on(topic, update);
-  update();
+  arm.follow(["sample", "link", "lease", "description", "reset"], update);
 }
 
 /**

@@ -49,17 +49,15 @@ export async function judged(answer) {
  * Give a person a file.
  *
  * @param {string} name Its name.
- * @param {string} content Its content.
- * @param {string} type Its media type.
+ * @param {Blob} content Its content.
  */
-export function saveFile(name, content, type) {
-  const address = URL.createObjectURL(new Blob([content], { type }));
+export function saveFile(name, content) {
   const link = document.createElement("a");
-  link.href = address;
+  link.href = URL.createObjectURL(content);
   link.download = name;
   link.click();
-  // Once the browser has begun to read it.
-  setTimeout(() => URL.revokeObjectURL(address), 1000);
+  // Not at once: the browser may not have begun to read.
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
 /** @param {Promise<globalThis.Response>} request */

@@ -40,6 +40,5 @@ export function showState(arm) {
       moving: String((arm.sample?.moving.length ?? 0) > 0),
     });
   };
-  for (const topic of /** @type {const} */ (["sample", "link", "lease", "description"])) arm.on(topic, update);
-  update();
+  arm.follow(["sample", "link", "lease", "description"], update);
 }

@@ -94,8 +94,7 @@ export function buildTabs(app, panels) {
   const offer = () => {
     for (const { panel, tab } of entries) tab.hidden = panel?.available ? !panel.available(app) : false;
   };
-  app.arm.on("description", offer);
-  offer();
+  app.arm.follow(["description"], offer);
   let seen = app.preview;
   app.previewListeners.push(() => {
     // Where the view is a tab, a preview is not visible from other tabs in another one.

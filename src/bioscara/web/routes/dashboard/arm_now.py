@@ -23,6 +23,15 @@ async def arm_now(queries: OwnerQueries) -> tuple[m.WorkspaceState, tuple[float 
     """
     # Asked for now, not a second ago: the table may just have been changed.
     workspace = msgspec.json.decode(await queries.ask(m.GetWorkspace()), type=m.WorkspaceState)
+    return workspace, await joints_now(queries)
+
+
+async def joints_now(queries: OwnerQueries) -> tuple[float | None, ...]:
+    """Return the joint positions [rad, m, rad, rad]; none if the arm is not homed.
+
+    Raises:
+        BioscaraError: The owner does not answer.
+    """
     sample = msgspec.json.decode(await queries.ask(m.GetState()), type=_Sample)
     # Without a pose a joint is not homed, and its position is an assumption.
-    return workspace, () if sample.pose is None else sample.positions
+    return () if sample.pose is None else sample.positions

@@ -21,7 +21,6 @@ def add(app: FastAPI, parameters: Callable[[], Awaitable[ArmParameters]], work: 
 
     @app.get(
         "/api/model",
-        response_class=Response,
         summary="Links with their meshes, and joints.",
         responses=answers(ArmModel),
     )
@@ -30,7 +29,6 @@ def add(app: FastAPI, parameters: Callable[[], Awaitable[ArmParameters]], work: 
 
     @app.get(
         "/api/meshes/{name}",
-        response_class=Response,
         summary="A mesh of the model as binary STL [m].",
         responses={200: {"content": {"model/stl": {}}}},
     )

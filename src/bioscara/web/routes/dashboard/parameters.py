@@ -41,7 +41,6 @@ def add(app: FastAPI, queries: OwnerQueries, work: Work) -> None:
 
     @app.get(
         "/api/parameters",
-        response_class=Response,
         summary="The parameters of the arm, with its overlay.",
         responses=answers(ParameterTable),
     )
@@ -50,7 +49,6 @@ def add(app: FastAPI, queries: OwnerQueries, work: Work) -> None:
 
     @app.post(
         "/api/parameters/check",
-        response_class=Response,
         summary="The overlay with changes, checked and not written.",
         responses=verdicts(ParameterDraft),
         openapi_extra={"requestBody": {"required": True, "content": schema(ParameterChanges)}},

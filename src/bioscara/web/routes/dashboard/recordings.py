@@ -23,15 +23,7 @@ from bioscara.dashboard.recordings import (
 )
 from bioscara.rosbag.recording_file import MEDIA_TYPE
 from bioscara.web.routes.dashboard.work import Work
-from bioscara.web.routes.http import (
-    JSON,
-    HttpError,
-    Viewer,
-    answers,
-    json,
-    judged,
-    verdicts,
-)
+from bioscara.web.routes.http import JSON, HttpError, Viewer, answers, json, judged, verdicts
 from bioscara.web.settings import WebSettings
 
 _PART = 256 << 10
@@ -52,7 +44,6 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
 
     @app.get(
         "/api/recordings",
-        response_class=Response,
         summary="The recordings of the arm, newest first.",
         responses=answers(RecordingEntry, many=True),
     )
@@ -61,7 +52,6 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
 
     @app.get(
         "/api/recordings/{name}",
-        response_class=Response,
         summary="A recording as an MCAP file, by a name of the list.",
         responses={200: {"content": {MEDIA_TYPE: {}}}},
     )
@@ -83,7 +73,6 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
 
     @app.get(
         "/api/recordings/{name}/samples",
-        response_class=Response,
         summary="Evenly chosen samples of a recording.",
         responses=verdicts(RecordedSamples),
     )

@@ -39,7 +39,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
 
     @app.post(
         "/api/sequences/read",
-        response_class=Response,
         summary="Read a sequence of steps, a YAML file in the body.",
         responses=verdicts(None),
         openapi_extra=_BODY,
@@ -49,7 +48,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
 
     @app.post(
         "/api/sequences/write",
-        response_class=Response,
         summary="Write a sequence, as JSON in the body, as YAML.",
         responses=verdicts(SequenceText),
         openapi_extra=_BODY,
@@ -59,7 +57,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
 
     @app.post(
         "/api/sequences/script",
-        response_class=Response,
         summary="Write a sequence, as JSON in the body, or steps of it, as a Python program.",
         responses=verdicts(SequenceText),
         openapi_extra=_BODY,
@@ -71,7 +68,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
 
     @app.post(
         "/api/sequences/plan",
-        response_class=Response,
         summary="Plan a sequence, as JSON in the body, from where the arm is; nothing moves.",
         responses=verdicts(DryRun),
         openapi_extra=_BODY,

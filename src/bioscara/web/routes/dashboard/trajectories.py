@@ -20,7 +20,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
 
     @app.post(
         "/api/trajectories",
-        response_class=Response,
         summary="Read a trajectory file, in the body, check its limits, and plan its motion.",
         responses=verdicts(CheckedTrajectory),
         openapi_extra={"requestBody": {"required": True, "content": {"*/*": {}}}},

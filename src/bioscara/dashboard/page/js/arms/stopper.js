@@ -40,7 +40,7 @@ async function send(path) {
 }
 
 /**
- * Let a button stop at the press of a pointer, and at a click that has none, as of a keyboard.
+ * Let a button stop at the press of a pointer, and at a click that has none, as of a keyboard or a screen reader.
  *
  * @param {HTMLElement} element The button.
  * @param {() => void} press Called at once.

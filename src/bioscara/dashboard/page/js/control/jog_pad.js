@@ -301,8 +301,7 @@ function modeRow(app, settings, changed) {
     frame.value = names.includes(settings.frame) ? settings.frame : "base";
     settings.frame = frame.value;
   };
-  app.arm.on("workspace", offer);
-  offer();
+  app.arm.follow(["workspace"], offer);
   const modes = choice(text("jog.mode"), [["joints", text("jog.joints")], ["tool", text("jog.tool")]], "joints", (chosen) => {
     settings.mode = chosen === "tool" ? "tool" : "joints";
     frame.hidden = settings.mode === "joints";

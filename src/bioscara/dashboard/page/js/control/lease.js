@@ -52,8 +52,7 @@ export function buildLease(app) {
     if (focused && mine !== commanded) (mine ? give : take).focus();
     commanded = mine;
   }
-  for (const topic of /** @type {const} */ (["lease", "link", "event", "reset"])) arm.on(topic, update);
-  update();
+  arm.follow(["lease", "link", "event", "reset"], update);
 }
 
 /**

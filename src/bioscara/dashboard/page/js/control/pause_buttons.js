@@ -30,8 +30,7 @@ export function pauseButtons(app, name = "") {
     resume.setAttribute("aria-disabled", String(arm.scope === "view"));
     setText(authors, text("pause.by", { names: pausedBy(arm.sample) }));
   }
-  arm.on("sample", update);
-  update();
+  arm.follow(["sample"], update);
   return h("div", { class: `row ${name}` }, pause, resume, copyButton(() => (arm.sample?.paused ? "robot.resume()" : "robot.pause()")),
     authors);
 }

@@ -2,6 +2,7 @@
 
 /** @import { App } from "../app.js" */
 
+import { pressed } from "../arms/stopper.js";
 import { at, button, h, setText } from "../dom.js";
 import { text } from "../texts.js";
 import { DOUBTFUL, Stop } from "./stop.js";
@@ -33,24 +34,15 @@ export function buildStop(app) {
   const status = h("p", { class: "stop-state", role: "alert" });
   const onward = button(text("stop.close"), () => {
     stop.dismiss();
-    pressed.focus();
+    stopButton.focus();
   });
   const box = h("div", { class: "stop-box card", hidden: true }, status, onward);
-  const pressed = h("button", { type: "button", id: "stop-button", "aria-describedby": "stop-description", text: text("stop.button") });
-  let byPointer = false;
-  pressed.addEventListener("pointerdown", () => {
-    byPointer = true;
-    begin();
-  });
-  // A keyboard and a screen reader click without a pointer.
-  pressed.addEventListener("click", () => {
-    if (!byPointer) begin();
-    byPointer = false;
-  });
+  const stopButton = h("button", { type: "button", id: "stop-button", "aria-describedby": "stop-description", text: text("stop.button") });
+  pressed(stopButton, begin);
   window.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !event.repeat) begin();
   }, { capture: true });
-  at("stop").append(pressed, h("span", { id: "stop-description", class: "hidden-text", text: text("stop.description") }), box);
+  at("stop").append(stopButton, h("span", { id: "stop-description", class: "hidden-text", text: text("stop.description") }), box);
   arm.on("lease", show);
   arm.on("goals", () => {
     if (stop.state === "resting" && arm.sample?.moving.length) stop.dismiss();

@@ -2,11 +2,11 @@
 
 /** @import { App } from "../app.js" */
 /** @import { TrajectoryValue } from "../../messages.d.ts" */
-/** @import { Line, Quantity } from "../plots/quantities.js" */
+/** @import { Quantity } from "../plots/quantities.js" */
 
 import { button, h } from "../dom.js";
-import { DEGREE, MM } from "../format.js";
 import { Chart } from "../plots/chart.js";
+import { jointLine } from "../plots/quantities.js";
 import { text } from "../texts.js";
 import { TrajectoryCurve } from "../view/trajectory_curve.js";
 
@@ -124,21 +124,10 @@ export class MotionPlots {
    */
   #quantity(id, names, first) {
     const speed = id === "velocity";
-    /** @returns {Line} */
     const line = (/** @type {string} */ name, /** @type {number} */ index) => {
       const joint = this.app.arm.joints.find((each) => each.name === name);
-      const linear = joint?.unit === "m";
-      const factor = linear ? MM : DEGREE;
       const limits = !joint ? [] : speed ? [-joint.max_velocity, joint.max_velocity] : [joint.lower, joint.upper];
-      return {
-        column: first + index,
-        name,
-        joint: index,
-        factor,
-        unit: (linear ? "mm" : "°") + (speed ? "/s" : ""),
-        si: (linear ? "m" : "rad") + (speed ? "/s" : ""),
-        limits: limits.map((limit) => limit / factor),
-      };
+      return jointLine({ name, unit: joint?.unit ?? "rad" }, index, first + index, speed ? "/s" : "", limits);
     };
     return { id, lines: names.map(line) };
   }

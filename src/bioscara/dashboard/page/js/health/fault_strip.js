@@ -65,8 +65,7 @@ export function buildFaultStrip(app, recovery) {
     more.hidden = true;
   }
 
-  for (const topic of /** @type {const} */ (["sample", "faults", "lease", "link", "event"])) arm.on(topic, update);
-  update();
+  arm.follow(["sample", "faults", "lease", "link", "event"], update);
 }
 
 /**

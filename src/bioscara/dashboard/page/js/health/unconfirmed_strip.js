@@ -29,6 +29,5 @@ export function buildUnconfirmedStrip(app) {
     if (found.length === 0) strip.remove();
     else if (!strip.isConnected) host.append(strip);
   }
-  for (const topic of /** @type {const} */ (["workspace", "reset"])) arm.on(topic, update);
-  update();
+  arm.follow(["workspace", "reset"], update);
 }

@@ -5,8 +5,9 @@
 
 import { button, h, setText } from "../dom.js";
 import { number } from "../format.js";
+import { saveFile } from "../http.js";
 import { Chart } from "../plots/chart.js";
-import { csv, png, save } from "../plots/export.js";
+import { csv, png } from "../plots/export.js";
 import { LONGEST, Recorder } from "../plots/recorder.js";
 import { copyButton } from "../python.js";
 import { text } from "../texts.js";
@@ -335,12 +336,12 @@ class Plots {
     const lines = this.#lines();
     const names = new Map(lines.map(({ line, name }) => [line, name]));
     const table = csv(view, lines.map(({ line }) => line), (line) => names.get(line) ?? line.name);
-    save(this.#fileName("csv"), new Blob([table], { type: "text/csv" }));
+    saveFile(this.#fileName("csv"), new Blob([table], { type: "text/csv" }));
   }
 
   #savePicture() {
     const charts = [...this.charts.values()].filter(({ wanted }) => wanted).map(({ chart }) => chart);
-    this.app.attempt(async () => save(this.#fileName("png"), await png(charts)));
+    this.app.attempt(async () => saveFile(this.#fileName("png"), await png(charts)));
   }
 
   /** @param {string} ending */

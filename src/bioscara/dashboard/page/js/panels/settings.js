@@ -5,7 +5,7 @@
 
 import { RequestError } from "../connection.js";
 import { button, h, setText, setValues } from "../dom.js";
-import { save } from "../plots/export.js";
+import { saveFile } from "../http.js";
 import { copyButton, pythonText } from "../python.js";
 import { checkChanges, readParameters } from "../settings/requests.js";
 import { inWords, ParameterTable, shown } from "../settings/table.js";
@@ -48,7 +48,6 @@ class Settings {
           button(text("settings.download"), () => this.#download()), copyButton(() => this.#code())),
         h("div", { class: "row" }, this.check, this.discard, this.undo), this.problem, this.changes, this.table.element),
     );
-    for (const topic of /** @type {const} */ (["lease", "link"])) app.arm.on(topic, () => this.#permit());
     app.arm.on("reset", () => {
       this.former = [];
       if (this.visible) this.#load();
@@ -56,7 +55,7 @@ class Settings {
     app.arm.on("event", () => {
       if (this.visible && app.arm.events.at(-1)?.what === "parameters") this.#load();
     });
-    this.#permit();
+    app.arm.follow(["lease", "link"], () => this.#permit());
     this.#edited();
   }
 
@@ -206,7 +205,7 @@ class Settings {
 
   #download() {
     const name = (this.app.connection.welcome?.owner ?? "arm").replace(/[^\w-]/g, "_");
-    save(`${name}-parameters.yaml`, new Blob([this.given?.overlay ?? ""], { type: "application/yaml" }));
+    saveFile(`${name}-parameters.yaml`, new Blob([this.given?.overlay ?? ""], { type: "application/yaml" }));
   }
 
   /** @param {unknown} error */

@@ -67,18 +67,3 @@ export function png(charts) {
     picture.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the picture could not be made"))), "image/png");
   });
 }
-
-/**
- * Let the browser keep a file.
- *
- * @param {string} name Its name.
- * @param {Blob} content Its content.
- */
-export function save(name, content) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(content);
-  link.download = name;
-  link.click();
-  // Not at once: the browser may not have begun to read.
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-}

@@ -39,25 +39,13 @@ export function quantitiesOf(description) {
   const { joints } = description.parameters;
   /**
    * @param {Quantity["id"]} id
-   * @param {string} suffix
+   * @param {"" | "/s"} suffix
    * @param {(joint: typeof joints[number]) => number[]} limits
    * @returns {Quantity}
    */
   const perJoint = (id, suffix, limits) => ({
     id,
-    lines: joints.map((joint, index) => {
-      const linear = joint.unit === "m";
-      const factor = linear ? MM : DEGREE;
-      return {
-        column: column++,
-        name: joint.name,
-        joint: index,
-        factor,
-        unit: (linear ? "mm" : "°") + suffix,
-        si: joint.unit + suffix,
-        limits: limits(joint).map((limit) => limit / factor),
-      };
-    }),
+    lines: joints.map((joint, index) => jointLine(joint, index, column++, suffix, limits(joint))),
   });
   const period = 1 / description.rate;
   return [
@@ -66,15 +54,7 @@ export function quantitiesOf(description) {
     perJoint("error", "", (joint) => [-1, 1].map((sign) => sign * FLOOR_SHARE * (joint.upper - joint.lower))),
     {
       id: "load",
-      lines: joints.map((joint, index) => ({
-        column: column++,
-        name: joint.name,
-        joint: index,
-        factor: 1,
-        unit: "%",
-        si: "%",
-        limits: [100],
-      })),
+      lines: joints.map(({ name }, joint) => ({ column: column++, name, joint, factor: 1, unit: "%", si: "%", limits: [100] })),
     },
     {
       id: "timing",
@@ -84,6 +64,23 @@ export function quantitiesOf(description) {
       ],
     },
   ];
+}
+
+/**
+ * Return the line of a joint.
+ *
+ * @param {{name: string, unit: string}} joint The joint; its unit is that of its position in SI.
+ * @param {number} index Its number.
+ * @param {number} column Its column in a row.
+ * @param {"" | "/s"} suffix Of the units: `/s` for velocities.
+ * @param {number[]} limits Limits, in SI units.
+ * @returns {Line} The line.
+ */
+export function jointLine({ name, unit }, index, column, suffix, limits) {
+  const linear = unit === "m";
+  const factor = linear ? MM : DEGREE;
+  const scaled = limits.map((limit) => limit / factor);
+  return { column, name, joint: index, factor, unit: (linear ? "mm" : "°") + suffix, si: unit + suffix, limits: scaled };
 }
 
 /**

@@ -32,8 +32,7 @@ export function action(app, label, work, { homed = true, enabled = true, idle = 
     made.setAttribute("aria-disabled", String(reason !== ""));
     made.title = reason;
   };
-  for (const topic of /** @type {const} */ (["sample", "link", "lease"])) app.arm.on(topic, update);
-  update();
+  app.arm.follow(["sample", "link", "lease"], update);
   return made;
 }
 

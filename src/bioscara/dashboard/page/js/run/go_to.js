@@ -81,8 +81,7 @@ export function namedCard(app) {
       ));
     if (taught.some(({ name }) => name === chosen)) names.value = chosen;
   };
-  arm.on("workspace", offer);
-  offer();
+  arm.follow(["workspace"], offer);
   /** @returns {MoveNamed} */
   const motion = () => ({ kind: "move_named", name: names.value });
   const unfold = action(app, text("run.unfold"), () => app.start({ kind: "unfold" }));

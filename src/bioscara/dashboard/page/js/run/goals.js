@@ -60,10 +60,8 @@ export function goalsCard(app) {
       app.ask({ kind: "get_goal", goal: number }).then((answer) => show(answer.goal), () => {});
     }
   }
-  arm.on("goals", update);
-  arm.on("reset", update);
+  arm.follow(["goals", "reset"], update);
   arm.on("link", known);
-  update();
   const element = card(text("run.goals"),
     h("div", { class: "row" }, pauseButtons(app), h("span", { class: "dim small", text: text("run.stop_code") }),
       copyButton(() => "robot.stop()")), none, running, latest, list);

@@ -31,9 +31,7 @@ export function gripperCard(app) {
     setValues(enable, { hidden: driven });
     setValues(disable, { hidden: !driven });
   };
-  arm.on("sample", update);
-  arm.on("link", update);
-  update();
+  arm.follow(["sample", "link"], update);
   const missing = () => (Number.isNaN(width.value()) ? text("run.fields") : "");
   const move = action(app, text("run.move"), () => app.start({ kind: "move_gripper", width: width.value() }), { ...NEEDS, extra: missing });
   return card(text("run.gripper"),
@@ -85,8 +83,7 @@ function carrying(app) {
     const has = arm.workspace?.load;
     setText(carried, !arm.workspace ? text("run.unknown") : has ? text("run.carries", { name: has.name }) : text("run.empty"));
   };
-  arm.on("workspace", update);
-  update();
+  arm.follow(["workspace"], update);
   const grasp = action(app, text("run.grasp"), () => app.start({ kind: "grasp", load: load() }), { ...NEEDS, extra: missing });
   const release = action(app, text("run.let_go"), () => app.start({ kind: "release" }), NEEDS);
   return h("details", { class: "column" }, h("summary", { text: text("run.load") }),

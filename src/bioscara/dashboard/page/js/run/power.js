@@ -30,9 +30,7 @@ export function powerCard(app) {
     setValues(enable, { hidden: enabled === true });
     setValues(disable, { hidden: enabled === false });
   };
-  arm.on("sample", update);
-  arm.on("link", update);
-  update();
+  arm.follow(["sample", "link"], update);
   return card(text("run.power"),
     h("div", { class: "row" }, state, enable, disable, copyButton(() => (arm.sample?.enabled ? "robot.disable()" : "robot.enable()"))),
     homing(app));

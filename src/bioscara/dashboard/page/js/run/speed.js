@@ -46,8 +46,7 @@ export function speedCard(app) {
     if (slider.value !== share) slider.value = share;
     setText(shown, `${share} %`);
   };
-  arm.on("sample", update);
-  update();
+  arm.follow(["sample"], update);
   return card(text("run.speed"),
     h("div", { class: "row" }, h("label", { for: "override", text: text("run.override") }), slider, shown,
       copyButton(() => `robot.speed_override = ${pythonNumber(Number(slider.value) / 100, 2)}`)), reduced(app));
@@ -69,8 +68,7 @@ function reduced(app) {
     release.hidden = is === false;
     reduce.hidden = is !== false;
   };
-  arm.on("workspace", update);
-  update();
+  arm.follow(["workspace"], update);
   return h("div", { class: "row" }, state, release, reduce,
     copyButton(() => `robot.reduced_speed = ${arm.workspace?.reduced_speed === false ? "True" : "False"}`));
 }

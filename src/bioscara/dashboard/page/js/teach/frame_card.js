@@ -62,8 +62,7 @@ export function frameCard(app, table) {
         copyButton(() => `robot.frame(${pythonText(frame.name)})`));
     }));
   }
-  for (const topic of /** @type {const} */ (["workspace", "reset"])) arm.on(topic, draw);
-  draw();
+  arm.follow(["workspace", "reset"], draw);
   return card(text("teach.tools_frames"),
     h("div", { class: "row" }, h("label", { for: "tool", text: text("teach.tool") }), tools, mount,
       copyButton(() => `robot.tool = ${pythonText(tools.value)}`), mounted),

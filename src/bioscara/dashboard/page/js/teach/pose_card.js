@@ -91,8 +91,7 @@ export function poseCard(app, table, renamed, use) {
       name.value = list.chosen;
       save.click();
     }), rename, remove, button(text("teach.use"), () => use(list.chosen)), copyButton(() => code(chosen())));
-  for (const topic of /** @type {const} */ (["workspace", "reset"])) arm.on(topic, filter);
-  filter();
+  arm.follow(["workspace", "reset"], filter);
   return card(text("teach.poses"),
     h("div", { class: "row" }, h("label", { class: "grow" }, h("span", { text: text("teach.name") }), name), save,
       copyButton(() => saveCode(name.value.trim()))),

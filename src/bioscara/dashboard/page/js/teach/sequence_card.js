@@ -8,6 +8,7 @@
 import { ActionError } from "../app.js";
 import { pauseButtons } from "../control/pause_buttons.js";
 import { button, h, setText, setValues } from "../dom.js";
+import { fileInput } from "../files/drop_zone.js";
 import { duration } from "../format.js";
 import { judged, post, saveFile } from "../http.js";
 import { programButton } from "../python.js";
@@ -94,13 +95,7 @@ function addStep(app, model, undo) {
  * @param {SequenceModel} model
  */
 function files(app, model) {
-  const input = h("input", { type: "file", accept: ".yaml,.yml", class: "hidden-text", tabindex: "-1",
-    "aria-label": text("teach.load_file") });
-  input.addEventListener("change", () => {
-    const file = input.files?.[0];
-    input.value = "";
-    if (file) app.attempt(() => load(file));
-  });
+  const input = fileInput(text("teach.load_file"), ".yaml,.yml", (file) => app.attempt(() => load(file)));
 
   /** @param {File} file */
   async function load(file) {
@@ -110,9 +105,7 @@ function files(app, model) {
   }
   const name = () => (model.title || "sequence").replace(/[^\p{L}\p{N}_-]+/gu, "_");
   const save = (/** @type {() => Promise<string>} */ content, /** @type {string} */ end) =>
-    app.attempt(async () => {
-      saveFile(name() + end, await content(), "text/plain");
-    });
+    app.attempt(async () => saveFile(name() + end, new Blob([await content()], { type: "text/plain" })));
   return h("div", { class: "row" }, input, button(text("teach.load_file"), () => input.click()),
     button(text("teach.save_yaml"), () => save(() => model.yaml(), ".yaml")),
     button(text("teach.save_python"), () => save(() => model.python(), ".py")), programButton(() => model.python()));

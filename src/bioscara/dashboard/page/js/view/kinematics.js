@@ -28,6 +28,7 @@
 
 /** The name of the joint that the width of the jaws moves. */
 export const GRIPPER = "gripper";
+const IDENTITY = identity();
 
 /** The links of one arm. */
 export class Kinematics {
@@ -118,13 +119,7 @@ export function compose([x, y, z, yaw], [dx, dy, dz, turn]) {
 
 /** Return the placement that moves nothing. */
 export function identity() {
-  const placement = new Float64Array(16);
-  placement[0] =
-    placement[5] =
-    placement[10] =
-    placement[15] =
-      1;
-  return placement;
+  return Float64Array.of(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1);
 }
 
 /**
@@ -146,22 +141,10 @@ export function upright([x, y, z, yaw]) {
 export function placed([x, y, z, roll, pitch, yaw]) {
   const [cr, sr, cp, sp, cy, sy] = [roll, pitch, yaw].flatMap((angle) => [Math.cos(angle), Math.sin(angle)]);
   return new Float64Array([
-    cy * cp,
-    sy * cp,
-    -sp,
-    0,
-    cy * sp * sr - sy * cr,
-    sy * sp * sr + cy * cr,
-    cp * sr,
-    0,
-    cy * sp * cr + sy * sr,
-    sy * sp * cr - cy * sr,
-    cp * cr,
-    0,
-    x,
-    y,
-    z,
-    1,
+    ...[cy * cp, sy * cp, -sp, 0],
+    ...[cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr, 0],
+    ...[cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr, 0],
+    ...[x, y, z, 1],
   ]);
 }
 
@@ -184,12 +167,7 @@ function multiply(a, b, into) {
  * @param {Float64Array} into
  */
 function move({ type, axis: [x, y, z] }, position, into) {
-  into.fill(0);
-  into[0] =
-    into[5] =
-    into[10] =
-    into[15] =
-      1;
+  into.set(IDENTITY);
   if (type === "prismatic") {
     into[12] = x * position;
     into[13] = y * position;

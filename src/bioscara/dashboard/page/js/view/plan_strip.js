@@ -47,11 +47,9 @@ export class PlanStrip {
       this.notes,
     );
     app.previewListeners.push(() => this.#take());
-    for (const topic of /** @type {const} */ (["sample", "link", "lease", "workspace", "description", "reset"])) {
-      app.arm.on(topic, () => this.#update());
-    }
     app.interrupts.push(() => this.#pause());
     this.#take();
+    app.arm.follow(["sample", "link", "lease", "workspace", "description", "reset"], () => this.#update());
   }
 
   #take() {
