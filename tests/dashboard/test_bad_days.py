@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 from urllib.error import URLError
 from urllib.request import urlopen
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 
+from bioscara.api import messages as m
 from bioscara.remote import RemoteRobot
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import (
+    ARGUMENTS,
+    CHROMIUM,
     LIVE,
     Site,
     at_rest,
@@ -330,3 +336,91 @@ def test_a_burst_of_samples_is_drawn_once(page: Page) -> None:
         return told;
     }""")
     assert told <= 2
+
+
+class DevTools:
+    """A page of a Chromium that is not made visible by its driver.
+
+    Args:
+        address: Its socket.
+    """
+
+    def __init__(self, address: str) -> None:
+        self._socket: ClientConnection = connect(address, max_size=None)
+        self._number = 0
+
+    def call(self, method: str, **parameters: object) -> Any:
+        """Call a method; returns its result."""
+        self._number += 1
+        self._socket.send(json.dumps({"id": self._number, "method": method, "params": parameters}))
+        while (answer := json.loads(self._socket.recv(10.0))).get("id") != self._number:
+            pass
+        # None of a page that is still loading.
+        return answer.get("result", {})
+
+    def evaluate(self, expression: str) -> Any:
+        """Return the value of an expression of the page."""
+        found = self.call(
+            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
+        )
+        return found.get("result", {}).get("value")
+
+    def close(self) -> None:
+        """End the connection."""
+        self._socket.close()
+
+
+@contextmanager
+def two_tabs(url: str) -> Iterator[tuple[DevTools, Callable[[], object]]]:
+    """Open a page in a browser with another tab; yields it, and what shows the other tab."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, ExitStack() as stack:
+        words = ["--headless=new", "--no-sandbox", "--remote-debugging-port=0", *ARGUMENTS]
+        launch = "import os, sys; os.execv(sys.argv[1], sys.argv[1:])"
+        stack.enter_context(
+            running("-c", launch, CHROMIUM, *words, f"--user-data-dir={folder}", "about:blank")
+        )
+        port = Path(folder) / "DevToolsActivePort"
+        wait_until(lambda: port.exists() and "\n" in port.read_text(), "the browser listens")
+        number, path = port.read_text().split()
+        main = DevTools(f"ws://127.0.0.1:{number}{path}")
+        stack.callback(main.close)
+        targets = main.call("Target.getTargets")["targetInfos"]
+        other = next(each["targetId"] for each in targets if each["type"] == "page")
+        own = main.call("Target.createTarget", url=url)["targetId"]
+        page = DevTools(f"ws://127.0.0.1:{number}/devtools/page/{own}")
+        stack.callback(page.close)
+        yield page, lambda: main.call("Target.activateTarget", targetId=other)
+
+
+@pytest.mark.parametrize("frozen", [False, True], ids=["hidden", "frozen"])
+def test_a_tab_that_is_hidden_or_frozen_ends_a_hold(
+    left: Site, browser: Browser, *, frozen: bool
+) -> None:
+    with two_tabs(left.url_for(Scope.OPERATE)) as (page, show_other):
+        wait_until(
+            lambda: page.evaluate("document.documentElement.dataset.state") == "no-lease", "live"
+        )
+        page.evaluate("bioscara.arm.acquire()")
+        box = page.evaluate(f"""(() => {{
+            const each = document.querySelector('{button(left.robot)}');
+            each.scrollIntoView();
+            const {{ x, y }} = each.getBoundingClientRect();
+            return [x + 20, y + 20];
+        }})()""")
+        event = {"x": box[0], "y": box[1], "button": "left", "buttons": 1, "clickCount": 1}
+        page.call("Input.dispatchMouseEvent", type="mousePressed", **event)
+        wait_until(lambda: abs(left.robot.state.velocities[0]) > 0.01, "j1 moves", 3.0)
+
+        def leave() -> None:
+            show_other()
+            if frozen:
+                page.call("Page.setWebLifecycleState", state="frozen")
+
+        rests(left.robot, leave)
+        if frozen:
+            page.call("Page.setWebLifecycleState", state="active")
+        else:
+            assert page.evaluate("document.visibilityState") == "hidden"
+        stays(left.robot)
+    lease = m.LeaseState
+    wait_until(lambda: left.robot._ask(m.GetLease(), lease).lease.client is None, "it lapses")
