@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import io
 import logging
 import os
 import re
@@ -101,6 +102,10 @@ def pytest_runtest_teardown() -> None:
     root = logging.getLogger()
     for handler in [each for each in root.handlers if type(each) is logging.StreamHandler]:
         root.removeHandler(handler)
+        # An owner in a thread may have begun a message, whose stream is closed with this test.
+        handler.acquire()
+        handler.stream = io.StringIO()
+        handler.release()
 
 
 def pytest_sessionfinish() -> None:
