@@ -3,7 +3,7 @@
 #   make demo            home the simulated arm and run a planned trajectory
 #   make test            the tests in at most 5 minutes of two cores; of those with ROS 2 and of the page in
 #                        a browser a few, where these are installed
-#   make test-all        all tests: these, all with ROS 2, which it installs, all of the page in a browser,
+#   make test-all        all tests: these, those that take long, all with ROS 2, which it installs, all of the page in a browser,
 #                        and firmware-check
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make format          the form that lint checks, of Python and of the page's JavaScript
@@ -68,17 +68,19 @@ demo: $(VENV)/.demo
 # PyPI has ROS 2 for these alone; elsewhere its tests are skipped, and say so.
 WITH_ROS2 := $(shell $(PYTHON) -c 'import platform, sys; print(int(sys.platform == "linux" and platform.machine() == "x86_64" and (3, 11) <= sys.version_info[:2] < (3, 14)))' 2>/dev/null)
 
-# The workers are as many as the cores: "auto" counts those without their threads only with psutil.
-PYTEST := $(BIN)/python -m pytest -n $(shell $(PYTHON) -c 'import os; print(os.cpu_count() or 1)' 2>/dev/null) \
+# "auto" counts the cores without their threads, unless psutil is there.
+CORES := $(shell $(PYTHON) -c 'import os; print(os.cpu_count() or 1)' 2>/dev/null)
+PYTEST := $(BIN)/python -m pytest -n $(CORES) \
     --dist worksteal --ignore-glob='$(EMULATED)' $(if $(CI),--durations=25)
 
 # The tests that failed are named once more at the end, below the output of the runs after theirs.
 COLLECT_FAILED := export BIOSCARA_FAILED=$${BIOSCARA_FAILED:-$$(mktemp)};
 
-# The browser is apart from the first tests: its library keeps an event loop running in their process.
+# A third of the time of the first tests is waiting, for which there is one worker more than cores.
+# The browser is apart from them: its library keeps an event loop running in their process.
 test: $(VENV)/.dev
 	@status=0; $(COLLECT_FAILED) \
-	$(PYTEST) -m 'not (realtime or ros or browser)' || status=1; \
+	$(PYTEST) -n $$(($(CORES) + 1)) -m 'not (realtime or ros or browser or thorough)' || status=1; \
 	$(PYTEST) -m 'realtime or path' tests || status=1; \
 	$(MAKE) --no-print-directory page-tests || status=1; \
 	cat $$BIOSCARA_FAILED; exit $$status
@@ -86,6 +88,7 @@ test: $(VENV)/.dev
 test-all: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
 	@status=0; $(COLLECT_FAILED) \
 	$(MAKE) --no-print-directory test || status=1; \
+	$(PYTEST) -m 'thorough and not realtime' tests || status=1; \
 	$(PYTEST) -m '(ros or browser) and not path' tests || status=1; \
 	$(MAKE) --no-print-directory firmware-check || status=1; \
 	cat $$BIOSCARA_FAILED; exit $$status

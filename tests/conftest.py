@@ -52,7 +52,7 @@ os.environ.pop("BIOSCARA_ARM", None)
 os.environ["XDG_STATE_HOME"] = f"{os.environ['BIOSCARA_RUNTIME']}/state"
 
 
-_OF_ROS_OR_BROWSER = re.compile(r"^pytestmark = pytest\.mark\.(ros|browser)$", re.MULTILINE)
+_OF_TEST_ALL = re.compile(r"^pytestmark = pytest\.mark\.(ros|browser|thorough)$", re.MULTILINE)
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
@@ -64,8 +64,10 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
         return not re.search(r"mark\.(realtime|path)", collection_path.read_text()) or None
     if chosen.startswith("(ros or browser)"):
         return not re.search(r"mark\.(ros|browser)", collection_path.read_text()) or None
-    if chosen == "not (realtime or ros or browser)":
-        return bool(_OF_ROS_OR_BROWSER.search(collection_path.read_text())) or None
+    if chosen.startswith("thorough"):
+        return "mark.thorough" not in collection_path.read_text() or None
+    if chosen.startswith("not (realtime"):
+        return bool(_OF_TEST_ALL.search(collection_path.read_text())) or None
     return None
 
 
@@ -73,7 +75,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Require that no test in real time is left out by the hook above."""
     for item in items:
-        for mark in ("realtime", "ros", "browser", "path"):
+        for mark in ("realtime", "ros", "browser", "path", "thorough"):
             if item.get_closest_marker(mark) and f"mark.{mark}" not in item.path.read_text():
                 raise pytest.UsageError(f"{item.nodeid}: its module does not name the mark {mark}")
 

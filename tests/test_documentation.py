@@ -16,6 +16,8 @@ from bioscara.cli import main
 from bioscara.server.serve import ServeSettings, serving
 from processes import wait_until
 
+pytestmark = pytest.mark.thorough
+
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 ELSEWHERE = re.compile(r"demo|jog|run .*--|move --name|simulate|view|.* --bus ")

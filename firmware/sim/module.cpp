@@ -55,6 +55,8 @@ nb::list transfer(Arm& arm, nb::sequence transactions) {
 }  // namespace
 
 NB_MODULE(_native, module) {
+  // Arms may live until the interpreter ends, and it would print each.
+  nb::set_leak_warnings(false);
   nb::class_<Arm>(module, "Arm")
       .def(
           "__init__",

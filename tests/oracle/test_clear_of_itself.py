@@ -39,6 +39,8 @@ from oracle.plant import (
     too_near,
 )
 
+pytestmark = pytest.mark.thorough
+
 COUNT = int(os.environ.get("BIOSCARA_OWN_MOVES", "12"))
 """Number of moves, jogs and streams that are tried, each half of them from home."""
 PLANT_SHARE = 20

@@ -23,7 +23,7 @@ from bioscara.robot.planner import ACCELERATION_SHARE, Planner
 from bioscara.robot.workspace.workspace import Workspace
 from planning.scenes import COUNT
 
-pytestmark = pytest.mark.usefixtures("near_the_stops")
+pytestmark = [pytest.mark.usefixtures("near_the_stops"), pytest.mark.thorough]
 
 ARM = load_parameters()
 LOWER = np.array([joint.lower for joint in ARM.joints])

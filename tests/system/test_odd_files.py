@@ -9,6 +9,8 @@ import pytest
 from bioscara.errors import BioscaraError
 from system.odd_files import READERS, SHAPES
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.mark.parametrize("name", READERS)
 def test_a_file_of_any_shape_is_refused_or_read(name: str, tmp_path: Path) -> None:

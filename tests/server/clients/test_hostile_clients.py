@@ -50,6 +50,8 @@ from served import (
     memory_of,
 )
 
+pytestmark = pytest.mark.thorough
+
 LATE = 0.1
 """Delay of a control cycle that no client may cause [s]; joints count on setpoints for longer."""
 OTHER_USER = 65534
