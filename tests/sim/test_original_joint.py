@@ -18,6 +18,8 @@ from bioscara.protocol import MAGIC, READ, WRITE, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from entries import entry
 
+pytestmark = pytest.mark.thorough
+
 STALL, BUSY, NOTHOMED, NOTENABLED = 1, 2, 4, 8
 STEPS_PER_DEG = 51200.0 / 360.0
 RAD_PER_S_PER_RPM = 2.0 * 3.141592653589793 / 60.0

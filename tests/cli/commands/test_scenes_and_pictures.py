@@ -19,6 +19,8 @@ from bioscara.robot import kinematics_of
 from cli.commands.pictures import PARAMETERS, expected, size
 from cli.said import Said
 
+pytestmark = pytest.mark.thorough
+
 pytest.importorskip("matplotlib")
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "scene.yaml"

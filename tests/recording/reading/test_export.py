@@ -29,6 +29,8 @@ from processes import LIMIT, environment, running
 from recording.conftest import Made
 from recording.served_arm import read, recorded_fault
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.fixture(scope="module")
 def tables(made: Made, tmp_path_factory: pytest.TempPathFactory) -> Path:
