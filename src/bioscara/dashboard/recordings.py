@@ -82,7 +82,7 @@ class Recordings:
         self._known: dict[tuple[str, int, int], Extent] = {}
 
     def entries(self) -> list[RecordingEntry]:
-        """Return the recordings, newest first, without those that are deleted during the search."""
+        """Return the recordings, newest first; a file deleted meanwhile is left out."""
         found = []
         for path in reversed(self._folder.files()):
             try:

@@ -251,7 +251,7 @@ def _require(fits: object, text: str) -> None:
 
 
 def parsed(kind: Any, value: Any) -> Any:
-    """Return a value of a type, which is one of those that groups have.
+    """Convert a value to the type of a field.
 
     Nothing is converted, except a list to a tuple and a whole number to a float.
 
@@ -353,7 +353,7 @@ def _every(wanted: Iterable[tuple[Any, Any, Mapping[Any, Any]]]) -> dict[Any, An
 def _each(
     wanted: Iterable[tuple[Any, Any, Mapping[Any, Any]]],
 ) -> tuple[dict[Any, Any], list[Problem]]:
-    """Return values by their keys, and the problems of those that cannot be used.
+    """Return the values that can be used, by their keys, and the problems of the others.
 
     Args:
         wanted: Key and type of each value, and where it is.

@@ -58,7 +58,7 @@ class ControllerNode:
             # Of rclpy, for a file that is missing or wrong, arguments, and names.
             raise ConfigurationError(f"the node {name} cannot be made: {error}") from error
         self._ignored = self._not_its_own(sections(arguments))
-        # Those that were declared with their defaults, which are given nowhere.
+        # Parameters that no file sets: they were declared with their default values.
         self._defaults: dict[str, Any] = {}
         self.node.add_on_set_parameters_callback(self._check_parameters)
         bridge.executor.add_node(self.node)
