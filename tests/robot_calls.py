@@ -107,6 +107,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Robot.reduced_speed": (setting(robot, "reduced_speed"), {"value": True}),
         "Robot.scene": (setting(robot, "scene"), {"value": Scene()}),
         "Robot.table": (setting(robot, "table"), {"value": robot.table}),
+        "Robot.teach": (robot.teach, {"name": "gate", "overwrite": True}),
         "Robot.tool": (setting(robot, "tool"), {"value": FINGERS}),
         "RobotGripper.move": (robot.gripper.move, {"width": 0.06, **WATCHED}),
         "RobotGripper.open": (robot.gripper.open, WATCHED),

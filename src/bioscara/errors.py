@@ -65,6 +65,7 @@ the message.
 
 from __future__ import annotations
 
+from bioscara.notebook import outer_traceback
 from bioscara.printing import brief
 
 
@@ -73,12 +74,25 @@ class BioscaraError(Exception):
 
     Attributes:
         code: Number of the error, that of the original driver where it had one.
+        evidence: File with the flight record of the fault that it stands for; None without one. Of
+            a served arm it is that of the owner.
     """
 
     code = -200
+    evidence: str | None = None
 
     def __str__(self) -> str:
-        return brief(super().__str__())
+        text = self.message
+        return brief(f"{text} (evidence: {self.evidence})" if self.evidence else text)
+
+    @property
+    def message(self) -> str:
+        """The text without the evidence."""
+        return super().__str__()
+
+    def _render_traceback_(self) -> list[str]:
+        """Return the lines that IPython shows: the user's own, without the package's frames."""
+        return outer_traceback(self)
 
 
 class InvalidArgumentError(BioscaraError, ValueError):
@@ -181,8 +195,10 @@ class ZoneError(InvalidArgumentError):
         self.what = f"{link} comes too near to {zone} {detail}; {rule}"
         super().__init__(self.what)
 
-    def __str__(self) -> str:
-        return brief(f"{self.what}; {self.remedy}")
+    @property
+    def message(self) -> str:
+        """The event and the remedy."""
+        return f"{self.what}; {self.remedy}"
 
 
 class GoalRejectedError(InvalidArgumentError):
@@ -248,8 +264,10 @@ class BusStuckError(CommunicationError):
         self.transactions, self.duration = transactions, duration
         super().__init__(message, address)
 
-    def __str__(self) -> str:
-        return brief(f"{self.what}; {self.remedy}" if self.remedy else self.what)
+    @property
+    def message(self) -> str:
+        """The event and the remedy."""
+        return f"{self.what}; {self.remedy}" if self.remedy else self.what
 
 
 class CorruptFrameError(CommunicationError):
@@ -315,8 +333,10 @@ class JointError(BioscaraError):
         self.what, self.joint, self.remedy = message, joint, remedy
         super().__init__(message)
 
-    def __str__(self) -> str:
-        return brief(f"{self.what}; {self.remedy}" if self.remedy else self.what)
+    @property
+    def message(self) -> str:
+        """The event and the remedy."""
+        return f"{self.what}; {self.remedy}" if self.remedy else self.what
 
 
 class NotHomedError(JointError):

@@ -4,10 +4,28 @@ from __future__ import annotations
 
 import shlex
 import sys
+from importlib.util import find_spec
 from typing import Literal
+
+from bioscara.errors import NotSupportedError
 
 Extra = Literal["plot", "export", "web"]
 """The extras of ``pyproject.toml`` that users need."""
+
+
+def require(package: str, what: str, command: str) -> None:
+    """Raise if an optional package is missing; it is not imported.
+
+    Args:
+        package: Name of the package.
+        what: What needs it, for the message.
+        command: Installs it.
+
+    Raises:
+        NotSupportedError: It is not installed; the message has the command.
+    """
+    if find_spec(package) is None:
+        raise NotSupportedError(f"{what} needs {package}, which is not installed: {command}")
 
 
 def install(extra: Extra) -> str:

@@ -102,8 +102,8 @@ def test_a_sequence_rounds_its_corners_without_a_stop(robot: Robot) -> None:
 def test_a_reduced_blend_is_reported(robot: Robot) -> None:
     robot.move_to(Pose(0.5, -0.1, 0.2))
     corner, end = Pose(0.5, 0.0, 0.2), Pose(0.45, 0.0, 0.2)
-    robot.move_sequence([Waypoint(corner, blend=0.04), Waypoint(end)])
-    assert re.match(r"waypoint 0: blend 0\.04 m .*; 0\.025 m is used$", robot.warnings[-1])
+    motion = robot.move_sequence([Waypoint(corner, blend=0.04), Waypoint(end)])
+    assert re.match(r"waypoint 0: blend 0\.04 m .*; 0\.025 m is used$", motion.notes[-1])
 
 
 @pytest.mark.parametrize(

@@ -1340,12 +1340,14 @@ class FaultList(Result, frozen=True, tag="fault_list"):
     Attributes:
         state: ``clear``, ``stopping``, ``latched`` or ``acknowledged``.
         faults: First cause first.
-        warnings: The latest events that stopped nothing.
+        warnings: The latest events that stopped nothing; each begins with the call it concerns.
+        warned: When each of them happened, on the arm's clock.
     """
 
     state: FaultState
     faults: tuple[FaultValue, ...]
     warnings: tuple[str, ...]
+    warned: tuple[float, ...] = ()
 
 
 class GoalState(Result, frozen=True, tag="goal_state"):

@@ -10,6 +10,7 @@ from bioscara.api.failures import error_of, failure_of
 from bioscara.api.messages import (
     BoxZone,
     CylinderZone,
+    FaultList,
     FaultValue,
     GripperValue,
     SceneValue,
@@ -18,6 +19,7 @@ from bioscara.api.messages import (
 )
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.control.faults.kinds import ArmFault, FaultKind
+from bioscara.control.faults.warning import ArmWarning
 from bioscara.hardware.interfaces import Quality
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
@@ -135,6 +137,11 @@ def fault_of(value: FaultValue) -> ArmFault:
         value.time,
         None if value.evidence is None else Path(value.evidence),
     )
+
+
+def warnings_of(value: FaultList) -> tuple[ArmWarning, ...]:
+    """Return the warnings of an arm with their times."""
+    return tuple(map(ArmWarning, value.warnings, value.warned))
 
 
 def gripper_value(result: GripperResult) -> GripperValue:

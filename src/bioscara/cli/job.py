@@ -205,7 +205,7 @@ def run_job(job: Job, parameters: ArmParameters, options: Options, output: Outpu
             Observer(view, folder.samples, history) as observer,
             at_full_speed(robot, options),
         ):
-            progress = Progress(robot, cancelled, observer, job.notes, keyboard)
+            progress = Progress(robot, cancelled, observer, keyboard)
             result = _move(robot, job, folder, progress, observer, options)
         summary = RunSummary(
             title=job.title,
@@ -252,7 +252,7 @@ def _move(
     """Move the arm, leave it at rest and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
-    planned = job.planned
+    planned, notes = job.planned, list[str]()
     try:
         progress.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(on_cycle=progress.cycle)
@@ -263,7 +263,9 @@ def _move(
             planned = checked(job.trajectory, robot.plan).trajectory
             _keep_trajectory(folder, planned)
         progress.phase("following the trajectory")
-        robot.follow(job.trajectory, approach=True, on_cycle=progress.cycle)
+        motion = robot.follow(job.trajectory, approach=True, on_cycle=progress.cycle)
+        # Those of an owner: it has its own speed, tool and load.
+        notes = [f"note: {note}" for note in motion.notes if note not in job.notes]
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; {left(options)}"
     except BioscaraError as error:
@@ -274,7 +276,9 @@ def _move(
     problems = robot.shutdown()
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]
-    warnings = tuple(progress.warnings)
+    for note in notes:
+        progress.note(note)
+    warnings = (*progress.warnings, *notes)
     return _Result(outcome, message, (*faults, *problems), warnings, planned)
 
 

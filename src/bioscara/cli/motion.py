@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 
 from bioscara.cli.opened_arm import (
@@ -46,7 +46,6 @@ class Progress:
         robot: The arm.
         cancelled: Returns whether to stop.
         observer: Shows the cycles.
-        notes: Notes on the plan that were shown already.
         keyboard: Its keys pause the motion and continue it; None for no keys.
 
     Attributes:
@@ -59,12 +58,11 @@ class Progress:
         robot: ArmMethods,
         cancelled: StopRequest,
         observer: Observer,
-        notes: Collection[str] = (),
         keyboard: Keyboard | None = None,
     ) -> None:
         self._robot, self._cancelled, self._observer = robot, cancelled, observer
         self._keyboard = keyboard
-        self._new = NewWarnings(robot, notes)
+        self._new = NewWarnings(robot)
         self.begun = False
         self.warnings: list[str] = []
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -184,12 +184,10 @@ class NewWarnings:
 
     Args:
         robot: A connected robot; its present warnings count as reported.
-        notes: Notes on the plan that were reported already; the robot repeats them as warnings.
     """
 
-    def __init__(self, robot: ArmMethods, notes: Collection[str] = ()) -> None:
+    def __init__(self, robot: ArmMethods) -> None:
         self._robot = robot
-        self._notes = notes
         self._known = robot.warnings
 
     def take(self) -> list[str]:
@@ -202,4 +200,4 @@ class NewWarnings:
             for count in range(min(len(known), len(self._known)), -1, -1)
             if known[len(known) - count :] == self._known[:count]
         )
-        return [f"warning: {text}" for text in self._known[kept:] if text not in self._notes]
+        return [f"warning: {text}" for text in self._known[kept:]]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from bioscara.arguments import number, shown
 from bioscara.errors import InvalidArgumentError
+from bioscara.notebook import table
 
 
 class Pose(NamedTuple):
@@ -30,6 +31,35 @@ class Pose(NamedTuple):
 
     def __str__(self) -> str:
         return f"({self.x:.4g}, {self.y:.4g}, {self.z:.4g}) m, yaw {self.yaw:.4g} rad"
+
+    def __repr__(self) -> str:
+        # To a micrometre: the rounding errors of kinematics would fill a line.
+        named = zip(self._fields, self, strict=True)
+        values = ((n, round(v, 6) if isinstance(v, float) else v) for n, v in named)
+        return f"Pose({', '.join(f'{name}={value!r}' for name, value in values)})"
+
+    def _repr_html_(self) -> str:
+        return table(
+            [(n, f"{v:z.4f}", u) for n, v, u in zip(self._fields, self, UNITS, strict=True)]
+        )
+
+    def up(self, distance: float) -> Pose:
+        """Return the pose higher by a distance [m]; lower by a negative one.
+
+        Raises:
+            InvalidArgumentError: The distance is not finite, or looks like millimetres.
+        """
+        by = require_near("the way up", Pose(0.0, 0.0, distance)).z
+        return self._replace(z=self.z + by)
+
+    def __add__(self, other: object) -> Pose:
+        # Of tuples a sum is a longer tuple: a caller would get seven numbers without an error.
+        if not isinstance(other, tuple | list):
+            return NotImplemented
+        raise _refused_sum()
+
+    def __radd__(self, other: object) -> Pose:
+        return self + other
 
     def compose(self, other: Pose) -> Pose:
         """Return ``other``, given in this frame, in the parent frame of this one.
@@ -58,6 +88,9 @@ class Pose(NamedTuple):
         return Pose(-c * x - s * y, s * x - c * y, -z, -yaw)
 
 
+UNITS = ("m", "m", "m", "rad")
+"""Units of the values of a pose."""
+
 TURN = 2.0 * math.pi
 """One full turn [rad]."""
 
@@ -80,6 +113,13 @@ def wrapped(angle: float) -> float:
     """Return ``angle`` [rad] wrapped to above -pi and up to pi."""
     turned = math.remainder(angle, TURN)
     return math.pi if turned == -math.pi else turned
+
+
+def _refused_sum() -> InvalidArgumentError:
+    return InvalidArgumentError(
+        "a pose cannot be added to: pose.up(0.05) is 50 mm above it, pose.compose(Pose(x, y, z)) "
+        "is a place in its frame, and robot.move_relative(z=0.05) moves by a displacement"
+    )
 
 
 def unit_hint(value: float, unit: str) -> str:
@@ -125,7 +165,7 @@ def require_near(what: str, pose: object) -> Pose:
         InvalidArgumentError: As :func:`require_pose`, or a value is in millimetres or degrees.
     """
     plain = require_pose(what, pose)
-    for name, value, unit in zip(Pose._fields, plain, ("m", "m", "m", "rad"), strict=True):
+    for name, value, unit in zip(Pose._fields, plain, UNITS, strict=True):
         hint = unit_hint(value, unit)
         if hint:
             raise InvalidArgumentError(f"{name} of {what} is {value:g} {unit}; {hint}")

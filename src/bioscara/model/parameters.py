@@ -465,6 +465,9 @@ class ArmParameters(Checked):
     homing_order: tuple[str, ...]
     controllers: ControllerSettings
 
+    def __repr__(self) -> str:
+        return f"<ArmParameters of {', '.join(joint.name for joint in self.joints)}>"
+
     def problems(self) -> Iterator[Problem]:
         """Yield values of one part that do not suit another."""
         if sorted(self.homing_order) != sorted(JOINTS):

@@ -129,6 +129,10 @@ class RemoteOperation(Running[T]):
         return self.result()
 
     @property
+    def begun(self) -> bool:
+        return True
+
+    @property
     def done(self) -> bool:
         return self._finished.is_set()
 
@@ -142,6 +146,10 @@ class RemoteOperation(Running[T]):
     @property
     def limitation(self) -> JogLimitation | None:
         return self._now().limitation
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return self._value.notes
 
     @property
     def paused(self) -> bool:

@@ -12,11 +12,19 @@ from contextlib import suppress
 from typing import Any, ClassVar, Self, TypeVar
 
 from bioscara.api import messages as m
-from bioscara.api.values import QUALITIES, fault_of, scene_value, trajectory_parts, workspace_of
+from bioscara.api.values import (
+    QUALITIES,
+    fault_of,
+    scene_value,
+    trajectory_parts,
+    warnings_of,
+    workspace_of,
+)
 from bioscara.arguments import flag, function, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault
-from bioscara.control.faults.supervisor import FaultState, refusal
+from bioscara.control.faults.supervisor import refusal
+from bioscara.control.faults.warning import ArmWarning
 from bioscara.errors import (
     BioscaraError,
     FaultedError,
@@ -39,10 +47,12 @@ from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_controllers import RemoteControllers
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
-from bioscara.robot.arm_methods import ArmMethods
+from bioscara.robot.arm_methods import ArmMethods, Glance, condition
 from bioscara.robot.connection import exit_guard
+from bioscara.robot.log import called, flush, log, logged, refused
 from bioscara.robot.operations.motions.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
+from bioscara.robot.operations.running import Status
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.tasks.task import Conditions, require_task
 from bioscara.robot.workspace.poses import TeachTable
@@ -117,10 +127,15 @@ class RemoteRobot(ArmMethods):
             raise LifecycleError("the robot was closed; make another one to connect again")
         if self._opened:
             raise LifecycleError("the robot is connected already; use the one there is")
-        _retried(self._link.open, OwnerLostError, self._timeout)
+        try:
+            _retried(self._link.open, OwnerLostError, self._timeout)
+        except BaseException as error:
+            refused("open()", error)
+            raise
         self._opened = True
         exit_guard.guard(self, self._let_go)
         self._description = self._ask(m.GetDescription(), m.Description)
+        log.info("connected: %s", self.description)
         return self
 
     def _let_go(self) -> None:
@@ -142,6 +157,8 @@ class RemoteRobot(ArmMethods):
             self._closed = True
             self._link.close()
             exit_guard.forget(self)
+        flush()
+        log.info("closed: arm %s", self._name)
 
     @property
     def is_open(self) -> bool:
@@ -261,6 +278,14 @@ class RemoteRobot(ArmMethods):
         return self.is_open and bool(self._sample().moving)
 
     @property
+    def _held(self) -> bool:
+        sample = self._sample()
+        if sample.paused or sample.speed_override == 0.0:
+            return True
+        goals = self._ask(m.ListGoals(), m.GoalList).goals
+        return all(goal.status is Status.PAUSED for goal in goals if not goal.done)
+
+    @property
     def jog_limitation(self) -> JogLimitation | None:
         return self._sample().limitation
 
@@ -269,8 +294,8 @@ class RemoteRobot(ArmMethods):
         return tuple(map(fault_of, self._ask(m.GetFaults(), m.FaultList).faults))
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        return self._ask(m.GetFaults(), m.FaultList).warnings
+    def warnings(self) -> tuple[ArmWarning, ...]:
+        return warnings_of(self._ask(m.GetFaults(), m.FaultList))
 
     def fault_list(self) -> m.FaultList:
         """Return the faults with the stage of their handling, and the warnings."""
@@ -471,20 +496,26 @@ class RemoteRobot(ArmMethods):
         if on_cycle is not None:
             function("on_cycle", on_cycle)
         self._require_open()
+        called(name := f"{task.call()}()")
         command = m.Start(task=task, timeout=timeout, records=on_cycle is not None)
         observed = wait or on_cycle is not None
         beginning = Beginning(lambda answer: self._operation(answer, on_cycle, observed=observed))
         try:
-            self._link.request(command, self._lease.epoch(), arrived=beginning.take)
+            try:
+                self._link.request(command, self._lease.epoch(), arrived=beginning.take)
+            except BioscaraError as error:
+                refused(name, error)
+                raise
             operation = beginning.operation
-            if begun is not None:
-                begun(operation)
-            if wait:
-                operation.run()
-            elif observed:
-                threading.Thread(
-                    target=operation.observe, name="bioscara-records", daemon=True
-                ).start()
+            with logged(operation, wait=wait):
+                if begun is not None:
+                    begun(operation)
+                if wait:
+                    operation.run()
+                elif observed:
+                    threading.Thread(
+                        target=operation.observe, name="bioscara-records", daemon=True
+                    ).start()
         except BaseException as error:
             beginning.interrupt(error)
             raise
@@ -605,25 +636,22 @@ class RemoteRobot(ArmMethods):
         """Raise FaultedError if a fault is latched."""
         faults = self._ask(m.GetFaults(), m.FaultList)
         if faults.faults:
-            raise FaultedError(refusal(faults.state, faults.faults[0].text))
+            first = faults.faults[0]
+            error = FaultedError(refusal(faults.state, first.text))
+            error.evidence = first.evidence
+            raise error
 
-    def __repr__(self) -> str:
+    def _glance(self) -> Glance:
         if not self.is_open:
-            return f"<RemoteRobot {self._name}, closed>"
+            return Glance(self._name, "closed")
         try:
-            sample = self._sample()
+            sample, told = self._sample(), self._ask(m.GetFaults(), m.FaultList)
         except BioscaraError as error:
-            return f"<RemoteRobot {self._name}, {error}>"
-        if sample.fault is not FaultState.CLEAR:
-            return f"<RemoteRobot {self._name}, stopped by a fault: {self.faults[0]}>"
-        if sample.moving:
-            return f"<RemoteRobot {self._name}, busy: {', '.join(sample.moving)}>"
-        power = "enabled" if sample.enabled else "disabled"
-        if sample.pose is None:
-            return f"<RemoteRobot {self._name}, {power}, not homed>"
-        x, y, z, yaw = sample.pose
-        where = f"at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
-        return f"<RemoteRobot {self._name}, {power}, homed, {where}>"
+            return Glance(self._name, str(error))
+        fault = fault_of(told.faults[0]) if told.faults else None
+        words = condition(fault, sample.moving, sample.pose, enabled=sample.enabled)
+        states = None if sample.stale else _states(sample)
+        return Glance(self._name, words, states, len(told.warnings))
 
 
 def _timeout(given: float) -> float:

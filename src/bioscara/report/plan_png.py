@@ -83,7 +83,6 @@ def write_plan(
         TrajectoryError: The trajectory is not for the joints of the arm.
         OSError: The file cannot be written.
     """
-    require_matplotlib()
     save(draw_plan(trajectory, kinematics, limits, tool, title, scene), path, dpi=100)
 
 
@@ -96,11 +95,12 @@ def draw_plan(
     scene: Scene = FREE,
 ) -> Figure:
     """Return the picture; arguments and errors as :func:`write_plan`."""
-    # Without pyplot: no display, no global state. Imported here: it takes a second to import.
-    from matplotlib import figure as figures  # noqa: PLC0415
+    require_matplotlib()
+    # Imported here: it takes a second to import.
+    from bioscara.report.picture import Picture  # noqa: PLC0415
 
     motion = _sampled(trajectory, kinematics)
-    figure = figures.Figure(figsize=(19, 13))
+    figure = Picture(figsize=(19, 13))
     figure.suptitle(
         f"{printable(title) or 'planned motion'}, {trajectory.duration:.3f} s  "
         "(dashed red: limits)",

@@ -1,13 +1,15 @@
-"""The run as one picture; needs matplotlib (the extra ``plot``)."""
+"""A run, or samples of motions, as one picture; needs matplotlib (the extra ``plot``)."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from bioscara.printing import printable
 from bioscara.report.cycles import CycleHistory, Phase
@@ -18,6 +20,8 @@ from bioscara.whole_files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Array = npt.NDArray[np.float64]
 
 
 def available() -> bool:
@@ -51,42 +55,81 @@ def literal(text: str) -> str:
     return printable(text).replace("$", r"\$")
 
 
-def write(path: Path, summary: RunSummary, history: CycleHistory) -> None:
+class Curves(NamedTuple):
+    """The motion of a joint; each array has one entry per sample.
+
+    Attributes:
+        name: Name of the joint.
+        unit: Unit of its position.
+        time: When it was measured [s].
+        position: Measured.
+        reference: Its reference.
+        velocity: Measured.
+        reference_velocity: Its reference.
+    """
+
+    name: str
+    unit: str
+    time: Array
+    position: Array
+    reference: Array
+    velocity: Array
+    reference_velocity: Array
+
+
+def draw(title: str, time: str, joints: Sequence[Curves]) -> Figure:
     """Draw position, velocity and tracking error of every joint.
+
+    Args:
+        title: Title of the figure.
+        time: Label of the axis of time.
+        joints: The joints.
+    """
+    # Imported here: it takes a second to import.
+    from bioscara.report.picture import Picture  # noqa: PLC0415
+
+    count = len(joints)
+    figure = Picture(figsize=(14, 2.2 * count + 1), layout="constrained")
+    figure.suptitle(literal(title), wrap=True)
+    axes = figure.subplots(count, 3, sharex=True, squeeze=False)
+    for (left, middle, right), joint in zip(axes, joints, strict=True):
+        left.plot(joint.time, joint.position, label="measured")
+        left.plot(joint.time, joint.reference, "--", label="reference")
+        left.set_ylabel(f"{joint.name} position [{joint.unit}]")
+        middle.plot(joint.time, joint.velocity)
+        middle.plot(joint.time, joint.reference_velocity, "--")
+        middle.set_ylabel(f"velocity [{joint.unit}/s]")
+        right.plot(joint.time, (joint.position - joint.reference) * 1e3, color="tab:purple")
+        right.set_ylabel(f"error [m{joint.unit}]")
+        for axis in (left, middle, right):
+            axis.grid(visible=True, alpha=0.3)
+    axes[0][0].legend()
+    for axis in axes[-1]:
+        axis.set_xlabel(time)
+    return figure
+
+
+def write(path: Path, summary: RunSummary, history: CycleHistory) -> None:
+    """Draw position, velocity and tracking error of every joint of a run.
 
     Raises:
         OSError: The file cannot be written.
     """
-    # Without pyplot: no display, no global state. Imported here: it takes a second to import.
-    from matplotlib import figure as figures  # noqa: PLC0415
-
-    count = len(summary.joints)
-    figure = figures.Figure(figsize=(14, 2.2 * count + 1), layout="constrained")
-    figure.suptitle(
-        literal(f"{summary.title} on {summary.arm}: {outcome_line(summary)}"), wrap=True
-    )
-    axes = figure.subplots(count, 3, sharex=True, squeeze=False)
     cycles = np.flatnonzero(~phase_mask(history, Phase.HOMING))
+    joints = []
     for index, joint in enumerate(summary.joints):
         columns = history.columns[index]
-        time = measured_time(history, index)[cycles]
-        position, reference = (
-            np.asarray(columns.position)[cycles],
-            np.asarray(columns.reference)[cycles],
+        values = (
+            np.asarray(getattr(columns, field))[cycles]
+            for field in ("position", "reference", "velocity", "reference_velocity")
         )
-        left, middle, right = axes[index]
-        left.plot(time, position, label="measured")
-        left.plot(time, reference, "--", label="reference")
-        left.set_ylabel(f"{joint.name} position [{joint.unit}]")
-        middle.plot(time, np.asarray(columns.velocity)[cycles])
-        middle.plot(time, np.asarray(columns.reference_velocity)[cycles], "--")
-        middle.set_ylabel(f"velocity [{joint.unit}/s]")
-        right.plot(time, (position - reference) * 1e3, color="tab:purple")
-        right.set_ylabel(f"error [m{joint.unit}]")
-        for axis in axes[index]:
-            axis.grid(visible=True, alpha=0.3)
-            axis.axvspan(0.0, summary.planned_duration, color="tab:gray", alpha=0.08)
-    axes[0][0].legend()
-    for axis in axes[-1]:
-        axis.set_xlabel("time in the trajectory [s]")
+        time = measured_time(history, index)[cycles]
+        joints.append(Curves(joint.name, joint.unit, time, *values))
+    figure = draw(
+        f"{summary.title} on {summary.arm}: {outcome_line(summary)}",
+        "time in the trajectory [s]",
+        joints,
+    )
+    for axis in figure.axes:
+        axis.axvspan(0.0, summary.planned_duration, color="tab:gray", alpha=0.08)
     save(figure, path, dpi=110)

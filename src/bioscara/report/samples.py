@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from array import array
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from bioscara.errors import NotSupportedError
-from bioscara.extras import pip_install
+from bioscara.errors import InvalidArgumentError
+from bioscara.extras import install, pip_install, require
 from bioscara.kinematics import Joints
+from bioscara.notebook import table
+from bioscara.report import png
 from bioscara.report.cycles import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.sample_file import header
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 Array = npt.NDArray[np.float64]
 
 _NAMES = header(Joints._fields).split(",")
 _COLUMN = {name: index for index, name in enumerate(_NAMES)}
+_UNITS = ("rad", "m", "rad", "rad")
 _PHASES = tuple(Phase)
 _PHASE_NUMBER = {phase: number for number, phase in enumerate(_PHASES)}
 _QUALITIES = [quality.name.lower() for quality in SampleQuality]
@@ -72,6 +75,41 @@ class Samples:
         times = self.times
         return f"<Samples, {len(times)} cycles in {times[-1] - times[0]:.2f} s>"
 
+    def _repr_html_(self) -> str:
+        rows = [("cycles", str(len(self)), "")]
+        if self._rows:
+            rows.append(("duration", f"{np.ptp(self.times):.2f}", "s"))
+            with np.errstate(invalid="ignore"):
+                errors = np.abs(self.positions - self.references)
+                speeds = np.abs(self.velocities)
+            for number, (name, unit) in enumerate(zip(Joints._fields, _UNITS, strict=True)):
+                error, speed = _largest(1e3 * errors[:, number]), _largest(speeds[:, number])
+                rows.append((f"{name}: largest error", error, f"m{unit}"))
+                rows.append((f"{name}: highest speed", speed, f"{unit}/s"))
+        return table(rows)
+
+    def plot(self) -> Figure:
+        """Draw position, velocity and tracking error of every joint.
+
+        A notebook shows the figure; elsewhere ``samples.plot().savefig("motion.png")`` writes it.
+
+        Raises:
+            NotSupportedError: matplotlib is not installed.
+            InvalidArgumentError: Nothing is recorded yet.
+        """
+        require("matplotlib", "plot()", install("plot"))
+        if not self._rows:
+            raise InvalidArgumentError(
+                "there are no samples to plot; give them to a motion: on_cycle=samples"
+            )
+        fields = ("time", "position", "reference", "velocity", "reference_velocity")
+        columns = [self._of_joints(field) for field in fields]
+        joints = [
+            png.Curves(name, unit, *(column[:, number] for column in columns))
+            for number, (name, unit) in enumerate(zip(Joints._fields, _UNITS, strict=True))
+        ]
+        return png.draw(str(self)[1:-1], "time since the robot was connected [s]", joints)
+
     @property
     def times(self) -> Array:
         """Begin of each cycle [s since the robot was connected], shape (n,)."""
@@ -106,10 +144,7 @@ class Samples:
         Raises:
             NotSupportedError: pandas is not installed.
         """
-        if find_spec("pandas") is None:
-            raise NotSupportedError(
-                f"to_pandas() needs pandas, which is not installed: {pip_install('pandas')}"
-            )
+        require("pandas", "to_pandas()", pip_install("pandas"))
         import pandas  # noqa: PLC0415  takes a second, and is optional
 
         frame = pandas.DataFrame(self._table(), columns=_NAMES)
@@ -129,3 +164,8 @@ class Samples:
         table = self._table()
         first = _COLUMN[f"{Joints._fields[0]}_{field}"]
         return table[:, first :: len(JointRecord._fields)]
+
+
+def _largest(values: Array) -> str:
+    known = values[~np.isnan(values)]
+    return f"{known.max():.3f}" if known.size else "unknown"

@@ -34,6 +34,10 @@ class Begun(Protocol):
     def done(self) -> bool:
         """Whether it has ended."""
 
+    @property
+    def paused(self) -> bool:
+        """Whether it was paused on its own."""
+
 
 class Arm:
     """One arm, without its control loop, which a :class:`~bioscara.robot.runner.Runner` runs.
@@ -83,6 +87,20 @@ class Arm:
             NotInitializedError: The arm is not connected.
         """
         return self.session.stack
+
+    def warn(self, text: str, call: str | None = None) -> None:
+        """Add a warning that a person should see.
+
+        Args:
+            text: What happened.
+            call: The call that it concerns; None for those that use the arm.
+        """
+        self.stack.supervisor.warn(text, self.session.clock.now(), call)
+
+    @property
+    def calls(self) -> str:
+        """The names of the calls that use the arm or the gripper."""
+        return ", ".join(claim.name for claim in self.arbiter.running)
 
     @property
     def operations(self) -> tuple[Begun, ...]:
@@ -147,6 +165,13 @@ class Arm:
     def speed_of(self, operation: Running[Any]) -> float:
         """Return the share of the planned speed at which an operation moves now."""
         return 0.0 if self.paused or operation.paused else self._speed_override
+
+    @property
+    def held(self) -> bool:
+        """Whether a pause holds all operations that have begun."""
+        if self.paused or self._speed_override == 0.0:
+            return True
+        return all(operation.paused for operation in self.operations)
 
     @property
     def resumption(self) -> str:

@@ -7,14 +7,18 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Sequence
 from types import TracebackType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
-from bioscara.arguments import number, shown
+from bioscara.arguments import flag, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault
+from bioscara.control.faults.stop import STANDING
+from bioscara.control.faults.warning import ArmWarning
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.kinematics.pose import wrapped
 from bioscara.model import ArmParameters
+from bioscara.notebook import table
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.jog_limitation import JogLimitation
@@ -29,7 +33,7 @@ from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
-from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import Tool
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.spelling import unknown_attribute
@@ -335,6 +339,26 @@ class ArmMethods(ABC):
         """Whether an operation uses the arm or the gripper, of any program."""
 
     @property
+    def is_at_rest(self) -> bool:
+        """Whether the arm stands still, and stays so until a call, :meth:`resume` or a fault.
+
+        All joints stand by their measured velocities, and no motion is under way unless a pause
+        holds it. Errors as ``state``.
+        """
+        # First: a motion that begins in between is then seen.
+        states = self.state
+        standing = all(
+            abs(velocity) < STANDING * joint.max_velocity
+            for joint, velocity in zip(self.parameters.joints, states.velocities, strict=True)
+        )
+        return standing and (not self.is_moving or self._held)
+
+    @property
+    @abstractmethod
+    def _held(self) -> bool:
+        """Whether a pause holds all motion that is under way."""
+
+    @property
     @abstractmethod
     def jog_limitation(self) -> JogLimitation | None:
         """Why the running jog does not fully follow its velocity; None if it does or none runs."""
@@ -362,8 +386,12 @@ class ArmMethods(ABC):
 
     @property
     @abstractmethod
-    def warnings(self) -> tuple[str, ...]:
-        """The latest warnings: events that stopped nothing, such as a computer that is too slow."""
+    def warnings(self) -> tuple[ArmWarning, ...]:
+        """What stopped nothing and a person should see: the latest hundred, the newest last.
+
+        Each is a text that begins with its call, and has the ``time`` [s] on the arm's clock, as
+        ``state.time``. How a plan differs from the request is in ``notes`` of plan and motion.
+        """
 
     @property
     @abstractmethod
@@ -434,6 +462,37 @@ class ArmMethods(ABC):
 
     @abstractmethod
     def _set_table(self, table: TeachTable) -> None: ...
+
+    def teach(self, name: str, *, overwrite: bool = False) -> NamedPose:
+        """Name the present position of the arm: :meth:`move_named` returns to it.
+
+        The joint positions are taught, with the pose of the tool. The pose is in ``table`` from
+        then on; ``save_table(path, robot.table)`` writes a file. An owner saves its own.
+
+        Args:
+            name: Letters, digits, ``_`` and ``-``; begins with a letter.
+            overwrite: Whether it replaces a taught pose of that name.
+
+        Returns:
+            The named pose.
+
+        Raises:
+            InvalidArgumentError: There is a pose of this name, or it cannot be a name.
+            NotHomedError: The position of a joint is unknown.
+            BusyError: The arm moves.
+            ConflictError: Another program has changed the poses at the same time.
+        """
+        table = self.table
+        joints = self._positions("its position cannot be taught; home() first")
+        pose = self.kinematics.forward(joints)
+        taught = NamedPose(name, joints, pose._replace(yaw=wrapped(pose.yaw)), self.tool.name)
+        if not flag("overwrite", overwrite) and any(each.name == name for each in table.poses):
+            raise InvalidArgumentError(
+                f"there is a pose {name} already; teach another name, or teach({name!r}, "
+                "overwrite=True)"
+            )
+        self.table = table.with_pose(taught, overwrite=overwrite)
+        return taught
 
     @property
     def tool(self) -> Tool:
@@ -881,3 +940,57 @@ class ArmMethods(ABC):
             ZoneError: The arm's clearance is too small; nothing moved.
             BioscaraError: As :meth:`follow`.
         """
+
+    @abstractmethod
+    def _glance(self) -> Glance:
+        """Return what a person sees at a glance, without using a bus."""
+
+    def __repr__(self) -> str:
+        glance = self._glance()
+        return f"<{type(self).__name__} {glance.name}, {glance.condition}>"
+
+    def _repr_html_(self) -> str:
+        glance = self._glance()
+        rows = [(type(self).__name__, glance.name), ("state", glance.condition)]
+        if glance.warnings:
+            rows.append(("warnings", str(glance.warnings)))
+        shown = table(rows)
+        return shown if glance.states is None else shown + glance.states._repr_html_()
+
+
+class Glance(NamedTuple):
+    """What a person sees of an arm at a glance.
+
+    Attributes:
+        name: Which arm.
+        condition: Whether it can move, and where its tool is.
+        states: The joints; None if they are not known.
+        warnings: Number of the warnings.
+    """
+
+    name: str
+    condition: str
+    states: JointStates | None = None
+    warnings: int = 0
+
+
+def condition(
+    fault: ArmFault | None, calls: Sequence[str], pose: Pose | None, *, enabled: bool
+) -> str:
+    """Return whether an arm can move, and the pose of its tool, as a person reads it.
+
+    Args:
+        fault: The first fault, or None.
+        calls: Names of the calls that use the arm.
+        pose: Pose of the tool; None if it is not homed.
+        enabled: Whether the motors are energised.
+    """
+    if fault is not None:
+        return f"stopped by a fault: {fault}"
+    if calls:
+        return f"busy: {', '.join(calls)}"
+    power = "enabled" if enabled else "disabled"
+    if pose is None:
+        return f"{power}, not homed"
+    x, y, z, yaw = pose
+    return f"{power}, homed, at x={x:z.3f} y={y:z.3f} z={z:z.3f} m, yaw={yaw:z.2f} rad"

@@ -7,13 +7,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from bioscara.arguments import flag, items, number, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
+from bioscara.extras import install, require
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import require_near, require_near_place, wrapped
 from bioscara.model import ArmParameters
+from bioscara.notebook import table
 from bioscara.planning import Trajectory, check
 from bioscara.planning.collision.unfolding import by_open_elbow, joined
 from bioscara.planning.limits import (
@@ -35,6 +37,9 @@ from bioscara.planning.moving_average import averaged, most_jerk, velocity_jumps
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
 from bioscara.robot.workspace.workspace import Workspace
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 ACCELERATION_SHARE = 0.8
 """Share of a joint's acceleration that motions planned here use. At full acceleration a joint that
 slips a step could not catch up before it has to brake, and would overshoot."""
@@ -55,13 +60,50 @@ class Plan(NamedTuple):
 
     Attributes:
         trajectory: Of all joints, from the arm's current position.
-        notes: Notes on the plan for the user.
+        notes: How the plan differs from the request, such as that it takes longer to keep the tool
+            at 250 mm/s.
         tool: Limits of the tool that the whole plan was kept to.
+        workspace: The workspace that it was made in, for its picture; None if it is not known.
     """
 
     trajectory: Trajectory
     notes: tuple[str, ...] = ()
     tool: ToolLimits = FULL
+    workspace: Workspace | None = None
+
+    def __repr__(self) -> str:
+        notes = "".join(f"; {note}" for note in self.notes)
+        return f"<Plan {', '.join(self.trajectory.joint_names)}: {self.duration:.2f} s{notes}>"
+
+    def _repr_html_(self) -> str:
+        notes = [("note", note) for note in self.notes]
+        return self.trajectory._repr_html_() + (table(notes) if notes else "")
+
+    @property
+    def duration(self) -> float:
+        """Duration of the trajectory [s]."""
+        return self.trajectory.duration
+
+    def plot(self) -> Figure:
+        """Draw joints and tool with their limits, and the path of the tool among the zones.
+
+        A notebook shows the figure; elsewhere ``plan.plot().savefig("plan.png")`` writes it.
+
+        Raises:
+            NotSupportedError: matplotlib is not installed.
+            InvalidArgumentError: The plan has no workspace, as none of a planner.
+        """
+        require("matplotlib", "plot()", install("plot"))
+        space = self.workspace
+        if space is None:
+            raise InvalidArgumentError(
+                "the plan has no workspace, so its limits are not known; plot one of robot.plan"
+            )
+        # Imported here: reports are not needed to plan.
+        from bioscara.report.plan_png import draw_plan  # noqa: PLC0415
+
+        limits = space.parameters.joints
+        return draw_plan(self.trajectory, space.kinematics, limits, self.tool, scene=space.scene)
 
 
 class Planner:
@@ -636,4 +678,4 @@ class Planner:
                 )
         arm, scene = self.kinematics, self.workspace.surroundings
         scene.check(arm, trajectory, here)
-        return Plan(trajectory, notes, tool or replace(FULL, speed=speed))
+        return Plan(trajectory, notes, tool or replace(FULL, speed=speed), workspace)

@@ -12,6 +12,7 @@ from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault
+from bioscara.control.faults.warning import ArmWarning
 from bioscara.drivers import Gripper, Joint
 from bioscara.errors import InvalidArgumentError, MotionCancelledError
 from bioscara.hardware import LifecycleState
@@ -22,10 +23,11 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.robot import tasks
 from bioscara.robot.arm import Arm
-from bioscara.robot.arm_methods import ArmMethods
+from bioscara.robot.arm_methods import ArmMethods, Glance, condition
 from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
+from bioscara.robot.log import called, flush, log, logged, refused
 from bioscara.robot.openers import OPENERS
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
@@ -221,21 +223,27 @@ class Robot(ArmMethods):
             # Stopped once connected.
             self.close()
             raise
-        except BaseException:
+        except BaseException as error:
             exit_guard.forget(self)
+            refused("open()", error)
             raise
+        log.info("connected: %s", self.description)
         return self
 
     def close(self) -> None:
         self._close(None)
 
     def _close(self, error: BaseException | None) -> None:
+        was_open = self.is_open
         try:
             with exit_guard.postponed():
                 self._runner.close(error)
         finally:
             if not self._arm.session.connected:
                 exit_guard.forget(self)
+        if was_open:
+            flush()
+            log.info("closed: %s", self.description)
 
     @property
     def is_open(self) -> bool:
@@ -309,6 +317,10 @@ class Robot(ArmMethods):
         return bool(self._arm.arbiter.running)
 
     @property
+    def _held(self) -> bool:
+        return self._arm.held
+
+    @property
     def jog_limitation(self) -> JogLimitation | None:
         return self._runner.limitation
 
@@ -329,7 +341,7 @@ class Robot(ArmMethods):
         return tuple(self._arm.stack.supervisor.faults)
 
     @property
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[ArmWarning, ...]:
         return tuple(self._arm.stack.supervisor.warnings)
 
     @property
@@ -382,10 +394,12 @@ class Robot(ArmMethods):
         return self._carry_out(task.operation(self._arm, Conditions(timeout, on_cycle)), wait)
 
     def _carry_out(self, operation: Operation[Any], wait: bool) -> Operation[Any]:
-        if flag("wait", wait):
-            self._runner.execute(operation)
-        else:
-            self._runner.start(operation)
+        called(operation.name)
+        with logged(operation, wait=flag("wait", wait)):
+            if wait:
+                self._runner.execute(operation)
+            else:
+                self._runner.start(operation)
         return operation
 
     def _positions(self, reason: str = "its position is unknown; home() first") -> Joints:
@@ -394,24 +408,18 @@ class Robot(ArmMethods):
     def _jaws(self) -> tuple[float, tuple[float, float]]:
         return self._arm.jaws.commanded, self._arm.jaws.range()
 
-    def __repr__(self) -> str:
-        return f"<Robot {self.description}, {self._condition()}>"
-
-    def _condition(self) -> str:
-        """Return whether the robot can move, and the pose of its tool, without using the bus."""
+    def _glance(self) -> Glance:
         session = self._arm.session
         if not session.connected:
-            return "closed"
-        if self.faults:
-            return f"stopped by a fault: {self.faults[0]}"
-        if running := self._arm.arbiter.running:
-            return f"busy: {', '.join(claim.name for claim in running)}"
+            return Glance(self.description, "closed")
         states = session.stack.broadcaster.states
-        power = "enabled" if self.is_enabled else "disabled"
-        if states is None or any(map(math.isnan, states.positions)):
-            return f"{power}, not homed"
-        x, y, z, yaw = self.kinematics.forward(states.positions)
-        return f"{power}, homed, at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
+        pose = None
+        if states is not None and not any(map(math.isnan, states.positions)):
+            pose = self.kinematics.forward(states.positions)
+        fault = self.faults[0] if self.faults else None
+        calls = [claim.name for claim in self._arm.arbiter.running]
+        told = condition(fault, calls, pose, enabled=self.is_enabled)
+        return Glance(self.description, told, states, len(self.warnings))
 
 
 def _require_parameters(parameters: ArmParameters) -> ArmParameters:

@@ -89,5 +89,12 @@ def set_up(*, as_json: bool, least: int = logging.INFO) -> None:
     journal = "JOURNAL_STREAM" in os.environ
     handler.setFormatter(_Json() if as_json else _Lines(journal=journal))
     root = logging.getLogger()
+    for each in (handler, kept):
+        each.addFilter(_is_no_robots)
     root.handlers[:] = [handler, kept]
     root.setLevel(logging.INFO)
+
+
+def _is_no_robots(record: logging.LogRecord) -> bool:
+    # The owner has an event for all that its robot would tell.
+    return record.name != "bioscara"

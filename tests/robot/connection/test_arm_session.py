@@ -77,7 +77,7 @@ def test_a_stalled_version_1_joint_is_a_fault_on_connecting(tmp_path: Path) -> N
     with scene.robot as robot:
         robot.home()
         scene.arm.add_obstacle("j1", -2.5)
-        with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle$"):
+        with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle \("):
             robot.move_joints((-1.0, 0.3, 1.0, 1.0))
     scene.arm.clear_obstacles("j1")
     with Bench(scene.arm, tmp_path).robot as robot:
@@ -214,5 +214,5 @@ def test_systemd_is_notified_on_connecting_and_on_each_reading(
 def test_warnings_are_reported(made: Bench) -> None:
     with made.robot as robot:
         assert robot.warnings == ()
-        robot.runner.arm.stack.supervisor.warnings.append("slow")
+        robot.runner.arm.warn("slow")
         assert robot.warnings == ("slow",)

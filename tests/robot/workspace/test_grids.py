@@ -29,6 +29,8 @@ def test_a_plate_of_96_wells_has_its_names_and_places() -> None:
     assert same(PLATE["A12"], Pose(0.3 + 11 * 0.009, 0.1, 0.02))
     assert same(PLATE["H1"], Pose(0.3, 0.1 - 7 * 0.009, 0.02))
     assert same(PLATE.pose(7, 11, z=0.05), Pose(0.399, 0.037, 0.07))
+    assert PLATE.pose("H12", z=0.05) == PLATE.pose("h12", z=0.05) == PLATE.pose(7, 11, z=0.05)
+    assert PLATE["h12"] == PLATE["H12"]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +92,6 @@ def test_a_mirrored_grid_is_refused_with_the_one_that_has_its_places() -> None:
         ("A13", "no place"),
         ("A0", "no place"),
         ("A01", "no place"),
-        ("a1", "no place"),
         ("AA1", "no place"),
         ("1A", "no place"),
         ("", "no place"),
@@ -101,6 +102,9 @@ def test_a_mirrored_grid_is_refused_with_the_one_that_has_its_places() -> None:
 def test_unknown_names_are_refused(name: str, complaint: str) -> None:
     with pytest.raises(InvalidArgumentError, match=complaint):
         PLATE[name]
+    if isinstance(name, str):
+        with pytest.raises(InvalidArgumentError, match=complaint):
+            PLATE.pose(name)
 
 
 @pytest.mark.parametrize(
@@ -111,12 +115,16 @@ def test_unknown_names_are_refused(name: str, complaint: str) -> None:
         (0, 12, 0.0, r"column 12 is outside 0 \.\. 11"),
         (0.5, 0, 0.0, "not a whole number"),
         (math.nan, 0, 0.0, "not a finite number"),
-        ("A", 0, 0.0, "give a number"),
+        ("A", None, 0.0, "no place 'A'"),
+        ("A1", 0.1, 0.0, r"'A1' has its column in its name, and 0\.1 is given .*: z=0\.1"),
+        (0, None, 0.0, r"pose\(0\) has no column; give row and column, or a name"),
         (0, 0, math.nan, "z is nan"),
         (0, 0, 50.0, "are these millimetres"),
     ],
 )
-def test_unknown_indices_are_refused(row: int, column: int, z: float, complaint: str) -> None:
+def test_unknown_indices_are_refused(
+    row: int | str, column: int | None, z: float, complaint: str
+) -> None:
     with pytest.raises(InvalidArgumentError, match=complaint):
         PLATE.pose(row, column, z)
 

@@ -11,6 +11,7 @@ from bioscara.control.controllers.parameter_types import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
 from bioscara.hardware.interfaces import Quality
+from bioscara.notebook import table
 
 
 class JointStates(NamedTuple):
@@ -31,6 +32,27 @@ class JointStates(NamedTuple):
     velocities: tuple[float, ...]
     qualities: tuple[Quality, ...]
     stamps: tuple[float, ...]
+
+    def __repr__(self) -> str:
+        parts = (
+            f"{name} {_told(position)}"
+            for name, position in zip(self.names, self.positions, strict=True)
+        )
+        return f"<JointStates at {self.time:.2f} s [rad or m]: {', '.join(parts)}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, _told(position), _told(velocity), quality.value)
+            for name, position, velocity, quality in zip(
+                self.names, self.positions, self.velocities, self.qualities, strict=True
+            )
+        ]
+        heading = (f"at {self.time:.2f} s", "position [rad or m]", "velocity [1/s]", "quality")
+        return table(rows, heading)
+
+
+def _told(value: float) -> str:
+    return "unknown" if math.isnan(value) else f"{value:z.4f}"
 
 
 class DynamicJointState(NamedTuple):

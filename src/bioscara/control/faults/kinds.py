@@ -24,6 +24,7 @@ from bioscara.errors import (
     RefusedError,
     StalledError,
 )
+from bioscara.printing import brief
 from bioscara.protocol import Fault as JointFault
 
 
@@ -90,8 +91,17 @@ class ArmFault:
     evidence: Path | None = None
 
     def __str__(self) -> str:
-        what = self.cause.what if isinstance(self.cause, JointError | BusStuckError) else self.cause
+        cause = self.cause
+        what: object = cause
+        if isinstance(cause, JointError | BusStuckError):
+            what = cause.what
+        elif isinstance(cause, BioscaraError):
+            what = brief(cause.message)  # without the file, which is an attribute of the fault
         return f"{self.kind.name}: {what}; {self.action}"
+
+    def __repr__(self) -> str:
+        evidence = "" if self.evidence is None else f" (evidence: {self.evidence})"
+        return f"<ArmFault at {self.time:.2f} s: {self}{evidence}>"
 
     @property
     def action(self) -> str:
@@ -103,6 +113,11 @@ class ArmFault:
         """Return the cause for the user of the arm, with the remedy for the fault as a whole."""
         if isinstance(self.cause, JointError | BusStuckError):
             self.cause.remedy = self.action
+        if self.evidence is not None:
+            if isinstance(self.cause, BioscaraError):
+                self.cause.evidence = str(self.evidence)
+            elif not hasattr(self.cause, "__notes__"):
+                self.cause.add_note(f"evidence: {self.evidence}")
         return self.cause
 
 

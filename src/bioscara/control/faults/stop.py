@@ -12,7 +12,7 @@ from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import ModeSwitchError
 from bioscara.hardware import HOME, ArmHardware, LifecycleState
 
-_REST_SHARE = 0.002
+STANDING = 0.002
 """Share of its highest speed below which a joint counts as standing."""
 _REST_TIME = 5.0
 """Time after which a stop counts as ended regardless of the joints' states [s]."""
@@ -56,7 +56,7 @@ class MotionStopper:
             axis.halted is not None
             or (
                 not axis.homing.running
-                and abs(axis.sample.velocity) < _REST_SHARE * axis.velocity_limit
+                and abs(axis.sample.velocity) < STANDING * axis.velocity_limit
             )
             for axis in self._arm.axes
         )

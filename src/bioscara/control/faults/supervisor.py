@@ -8,7 +8,7 @@ the joints latched, and ``enable`` enables them again. None of these causes moti
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from enum import StrEnum
 
@@ -26,6 +26,7 @@ from bioscara.control.faults.kinds import (
 )
 from bioscara.control.faults.log import EvidenceWriter, FaultLog
 from bioscara.control.faults.stop import MotionStopper
+from bioscara.control.faults.warning import ArmWarning
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import (
     BioscaraError,
@@ -78,7 +79,8 @@ class Supervisor:
     Attributes:
         state: Stage of fault handling.
         faults: Faults since the arm was clear, first cause first.
-        warnings: Messages about conditions that did not stop the arm.
+        warnings: Events that did not stop the arm and that a person should see; the latest hundred.
+        calls: Returns the names of the calls that use the arm, for warnings.
         stopper: Brings the arm to rest.
     """
 
@@ -99,7 +101,8 @@ class Supervisor:
         self._since = 0.0
         self.state = FaultState.CLEAR
         self.faults = self._log.faults
-        self.warnings: deque[str] = deque(maxlen=WARNINGS)
+        self.warnings: deque[ArmWarning] = deque(maxlen=WARNINGS)
+        self.calls: Callable[[], str] = str
 
     def require_clear(self) -> None:
         """Raise if a fault prevents motion.
@@ -108,7 +111,20 @@ class Supervisor:
             FaultedError: One does; names the first cause and the remedy.
         """
         if self.state is not FaultState.CLEAR:
-            raise FaultedError(refusal(self.state, str(self.faults[0])))
+            first = self.faults[0]
+            error = FaultedError(refusal(self.state, str(first)))
+            error.evidence = None if first.evidence is None else str(first.evidence)
+            raise error
+
+    def warn(self, text: str, time: float, call: str | None = None) -> None:
+        """Add a warning.
+
+        Args:
+            text: What happened.
+            time: Now [s].
+            call: The call that it concerns; None for the one that uses the arm, if any.
+        """
+        self.warnings.append(ArmWarning(text, time, self.calls() if call is None else call))
 
     def check(self, time: float, period: float) -> None:
         """Check the cycle that just ended, and react.
@@ -120,7 +136,7 @@ class Supervisor:
         manager, arm = self._manager, self._arm
         for problem in arm.problems:
             if isinstance(problem, ModeSwitchError):
-                self.warnings.append(str(problem))
+                self.warn(str(problem), time)
             else:
                 self.fault(problem, arm.name, time)
         # A component that gave up is not read any more and would always report the same.
@@ -154,7 +170,7 @@ class Supervisor:
         """
         fault = ArmFault(kind or classify(cause), source_of(cause, source), cause, time)
         if fault.kind.stop is Stop.SLOW:
-            self.warnings.append(str(fault))
+            self.warn(str(fault), time)
             self._set_pace(_SLOW)
             return
         if self._latch(fault):
@@ -287,9 +303,10 @@ class Supervisor:
             raise
         arm.disable()
         if arm.freed_by:
-            self.warnings.append(
+            self.warn(
                 f"the bus was stuck until {', '.join(arm.freed_by)} restarted: check the cable "
-                "there, and replace the joint's controller if it happens again"
+                "there, and replace the joint's controller if it happens again",
+                time,
             )
         self._log.clear()
         self.state, manager.lock = FaultState.CLEAR, ""

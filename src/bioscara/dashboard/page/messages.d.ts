@@ -286,6 +286,7 @@ export interface FaultList {
   state: FaultState;
   faults: FaultValue[];
   warnings: string[];
+  warned: number[];
 }
 
 export type FaultState = "acknowledged" | "clear" | "latched" | "stopping";
@@ -1081,7 +1082,7 @@ export type Tolerance = [string, number, number, number];
 export interface Tool {
   name: string;
   pose_tool_in_flange: Pose;
-  mass: number;
+  mass?: number;
 }
 
 export type ToolVelocity = [number, number, number, number];

@@ -192,6 +192,16 @@ class Scene:
             height = _check_number("table_height", self.table_height, -FAR, FAR)
             _replace_values(self, table_height=height)
 
+    def __repr__(self) -> str:
+        names = ", ".join(zone.name for zone in self.zones) or "no zones"
+        height = self.table_height
+        table = "no table" if height is None else f"table at z = {height:g} m"
+        low, high = (1e3 * width for width in self.widths)
+        return (
+            f"<Scene {names}; {table}; margin {1e3 * self.margin:g} mm; jaws {low:g} to "
+            f"{high:g} mm>"
+        )
+
     def carrying(self, load: Prism, touches: Sequence[str] = ()) -> Scene:
         """Return the scene of an arm whose tool holds a load.
 

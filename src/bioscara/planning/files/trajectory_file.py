@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
 from bioscara.planning.files.own_tables import (
@@ -131,23 +133,12 @@ def write_csv(path: str | Path, trajectory: Trajectory) -> None:
         TrajectoryError: The file would be too large to be read again; nothing is written.
         OSError: The file cannot be written.
     """
-    names = trajectory.joint_names
-    columns = [[f"{name}_position" for name in names]]
-    arrays = [trajectory.positions]
-    for suffix, array in (
-        ("velocity", trajectory.velocities),
-        ("acceleration", trajectory.accelerations),
-    ):
-        if array is not None:
-            columns.append([f"{name}_{suffix}" for name in names])
-            arrays.append(array)
-    times = trajectory.times.tolist()
-    kept, text = _apart(times), io.StringIO(newline="")
+    columns = trajectory.columns()
+    rows = np.column_stack(tuple(columns.values())).tolist()
+    kept, text = _apart(trajectory.times.tolist()), io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(["time", *(column for group in columns for column in group)])
-    for index in kept:
-        row = [repr(value) for array in arrays for value in array[index].tolist()]
-        writer.writerow([repr(times[index]), *row])
+    writer.writerow(columns)
+    writer.writerows(map(repr, rows[index]) for index in kept)
     data = text.getvalue().encode()
     if len(kept) > ITEMS_MAX or len(data) > CSV_MAX:
         raise TrajectoryError(

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from bioscara.arguments import array, items, number, shown
 from bioscara.errors import TrajectoryError
+from bioscara.extras import pip_install, require
+from bioscara.notebook import table
 from bioscara.planning.arrays import Array
 from bioscara.planning.trajectory.polynomials import (
     Sample,
@@ -19,6 +22,9 @@ from bioscara.planning.trajectory.polynomials import (
     line,
     quintic,
 )
+
+if TYPE_CHECKING:
+    import pandas
 
 STEP_MIN = 1e-6
 """Shortest time between two points [s]; the curve's coefficients divide by its fifth power."""
@@ -92,6 +98,39 @@ class Trajectory:
             f"<Trajectory {', '.join(self.joint_names)}: {len(self._starts)} points, "
             f"{self.duration:g} s>"
         )
+
+    def _repr_html_(self) -> str:
+        ends = self.positions[[0, -1]].T.tolist()
+        rows = [
+            (name, f"{start:z.4f}", f"{end:z.4f}")
+            for name, (start, end) in zip(self.joint_names, ends, strict=True)
+        ]
+        what = f"{len(self._starts)} points, {self.duration:.3f} s"
+        return table(rows, (what, "start [rad or m]", "end [rad or m]"))
+
+    def columns(self) -> dict[str, Array]:
+        """Return the points as columns, named as in a CSV file: ``time``, ``j1_position``, ..."""
+        columns = {"time": self.times}
+        for what, values in (
+            ("position", self.positions),
+            ("velocity", self.velocities),
+            ("acceleration", self.accelerations),
+        ):
+            if values is not None:
+                named = zip(self.joint_names, values.T, strict=True)
+                columns |= {f"{name}_{what}": column for name, column in named}
+        return columns
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a frame with one row per point and the columns of a CSV file of trajectories.
+
+        Raises:
+            NotSupportedError: pandas is not installed.
+        """
+        require("pandas", "to_pandas()", pip_install("pandas"))
+        import pandas  # noqa: PLC0415  takes a second, and is optional
+
+        return pandas.DataFrame(self.columns())
 
     @property
     def duration(self) -> float:

@@ -17,8 +17,11 @@ def keep_evidence(arm: Arm) -> None:
 
     A full disk does not undo a stop: then acknowledging writes the evidence again.
     """
+    supervisor = arm.stack.supervisor
     with suppress(OSError):
-        arm.stack.supervisor.keep_evidence()
+        supervisor.keep_evidence()
+    for fault in supervisor.faults:
+        fault.error()  # the exception that is being raised names its evidence, too
     # The disk may take longer than a cycle, which harms nothing while the arm is at rest.
     arm.stack.loop.restart()
 

@@ -131,6 +131,10 @@ class Operation(Running[T]):
             raise
 
     @property
+    def begun(self) -> bool:
+        return self.prepared
+
+    @property
     def prepared(self) -> bool:
         """Whether :meth:`begin` has prepared it, so that it can be stepped."""
         return self._procedure is not None

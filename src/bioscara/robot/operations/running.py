@@ -61,6 +61,11 @@ class Running(Coroutine[Any, Any, T], Generic[T]):
 
     @property
     @abstractmethod
+    def begun(self) -> bool:
+        """Whether it was accepted; a refused one has moved nothing."""
+
+    @property
+    @abstractmethod
     def progress(self) -> float:
         """Share of it that is done, 0 to 1; NaN if that is unknown."""
 
@@ -77,6 +82,14 @@ class Running(Coroutine[Any, Any, T], Generic[T]):
         Its joints, its surroundings, the speed limit or the end of its reach; None if it does, at
         rest and for other operations. After the end, as it was when the velocities ended.
         """
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the plan of a motion differs from the request, as :class:`Plan` has it.
+
+        Such as that it takes longer to keep the tool at 250 mm/s; none for other operations.
+        """
+        return ()
 
     @property
     def status(self) -> Status:

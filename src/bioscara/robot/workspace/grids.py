@@ -120,17 +120,28 @@ class Grid:
         yaw = wrapped(first.yaw - direction)
         return cls(frame, rows, columns, *pitches, yaw)
 
-    def pose(self, row: int, column: int, z: float = 0.0) -> Pose:
-        """Return the pose in the base of a place.
+    def pose(self, row: int | str, column: int | None = None, z: float = 0.0) -> Pose:
+        """Return the pose in the base of a place: ``pose("B7", z=0.1)``, ``pose(1, 6, z=0.1)``.
 
         Args:
-            row: From 0 on.
-            column: From 0 on.
+            row: From 0 on; or the name of the place, in capital or small letters.
+            column: From 0 on; None with a name.
             z: Height above the place [m].
 
         Raises:
             InvalidArgumentError: There is no such place, or the height is not finite or too large.
         """
+        if isinstance(row, str):
+            if column is not None:
+                raise InvalidArgumentError(
+                    f"the place {shown(row)} has its column in its name, and {shown(column)} is "
+                    "given as well; name a height: z=0.1"
+                )
+            row, column = self._place(row)
+        if column is None:
+            raise InvalidArgumentError(
+                f"pose({shown(row)}) has no column; give row and column, or a name such as 'A1'"
+            )
         row, column = (
             self._index("row", row, self.rows),
             self._index("column", column, self.columns),
@@ -138,16 +149,21 @@ class Grid:
         return self.frame.pose(column * self.column_pitch, -row * self.row_pitch, z, self.yaw)
 
     def __getitem__(self, name: str) -> Pose:
-        """Return the pose in the base of a place by its name, such as ``"B7"``.
+        """Return the pose in the base of a place by its name, such as ``"B7"`` or ``"b7"``.
 
         Raises:
             InvalidArgumentError: No place has that name.
         """
-        found = _NAME.fullmatch(name) if isinstance(name, str) else None
+        return self.pose(*self._place(name))
+
+    def _place(self, name: str) -> tuple[int, int]:
+        """Return row and column of a place, from 0 on."""
+        capital = name.upper() if isinstance(name, str) else ""
+        found = _NAME.fullmatch(capital)
         if found is not None:
             row, column = _row_number(found[1]), int(found[2]) - 1
-            if row < self.rows and 0 <= column < self.columns and name == _named(row, column):
-                return self.pose(row, column)
+            if row < self.rows and 0 <= column < self.columns and capital == _named(row, column):
+                return row, column
         raise InvalidArgumentError(
             f"there is no place {shown(name)}; the grid has A1 .. "
             f"{_named(self.rows - 1, self.columns - 1)}"

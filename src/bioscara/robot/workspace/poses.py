@@ -9,6 +9,7 @@ from bioscara.arguments import items, shown, text
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
+from bioscara.notebook import table
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.tools import FINGERS, Tool, check_name, check_number, unknown
 
@@ -103,6 +104,30 @@ class TeachTable:
             if pose.tool not in tools:
                 complaint = unknown("tool", pose.tool, tools)
                 raise InvalidArgumentError(f"pose {pose.name}: {complaint}")
+
+    def __repr__(self) -> str:
+        tools = ", ".join(tool.name for tool in self.all_tools())
+        poses = ", ".join(pose.name for pose in self.all_poses())
+        frames = ", ".join(frame.name for frame in self.frames) or "none"
+        return f"<TeachTable tools {tools}; poses {poses}; frames {frames}>"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for pose in self.all_poses():
+            joints, place = pose.joints, pose.pose_tool_in_base
+            rows.append(
+                (
+                    pose.name,
+                    "" if joints is None else ", ".join(f"{value:z.3f}" for value in joints),
+                    "" if place is None else str(place),
+                    pose.tool,
+                )
+            )
+        tools = [(tool.name, str(tool.pose_tool_in_flange)) for tool in self.all_tools()]
+        frames = [(frame.name, str(frame.pose_frame_in_base)) for frame in self.frames]
+        shown = table(rows, ("pose", "joints [rad, m, rad, rad]", "tool in the base", "tool"))
+        shown += table(tools, ("tool", "in the flange"))
+        return shown + table(frames, ("frame", "in the base")) if frames else shown
 
     def all_tools(self) -> tuple[Tool, ...]:
         """Return the fingers and the further tools."""

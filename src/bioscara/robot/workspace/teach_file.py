@@ -31,11 +31,18 @@ from typing import Annotated
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
+from bioscara.model import load_parameters
 from bioscara.model.validation import Checked, Name, Problem, Within
 from bioscara.model.yaml_file import NODES_MAX, SIZE_MAX, YamlFile, read_text
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
-from bioscara.robot.workspace.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
+from bioscara.robot.workspace.tools import (
+    FINGERS,
+    MASS_MAX,
+    OFFSET_MAX,
+    Tool,
+    fingers as gripper_of,
+)
 from bioscara.whole_files import replacing
 
 SCHEMA, WITH_FRAMES = 1, 2
@@ -46,12 +53,13 @@ _HEADING = """\
 """
 
 
-def load_table(path: Path | str, fingers: Tool) -> TeachTable:
+def load_table(path: Path | str, fingers: Tool | None = None) -> TeachTable:
     """Return the table in a file.
 
     Args:
         path: The file.
-        fingers: The tool that the parameters describe.
+        fingers: The tool that the parameters describe; None for that of the committed parameters.
+            A robot whose ``table`` is set puts its own there in any case.
 
     Raises:
         ConfigurationError: The file cannot be read, is truncated or of another schema, or
@@ -66,6 +74,8 @@ def load_table(path: Path | str, fingers: Tool) -> TeachTable:
     file = YamlFile(text, source)
     file.check_version("schema", SCHEMA, WITH_FRAMES)
     given = _Table.checked(file.values, file.place)
+    if fingers is None:
+        fingers = gripper_of(load_parameters())
     tools, poses, frames = [], [], []
     check_tool = TeachTable(fingers).with_tool
     for name, tool in given.tools.items():

@@ -31,7 +31,7 @@ class Tool:
     Attributes:
         name: Letters, digits, ``_`` and ``-``; begins with a letter.
         pose_tool_in_flange: Pose of the tool centre point in the flange.
-        mass: Total mass [kg]; a record only, no motion depends on it.
+        mass: Total mass [kg]; a record only, no motion depends on it. 0 if it is not known.
 
     Raises:
         InvalidArgumentError: A value is not finite or not possible.
@@ -39,7 +39,7 @@ class Tool:
 
     name: str
     pose_tool_in_flange: Pose
-    mass: float
+    mass: float = 0.0
 
     def __post_init__(self) -> None:
         check_name("tool", self.name)

@@ -56,6 +56,11 @@ class Workspace:
     load: Load | None = None
     unconfirmed: frozenset[WorkspacePart] = frozenset()
 
+    def __repr__(self) -> str:
+        load = "no load" if self.load is None else f"load {self.load.name}"
+        speed = "reduced" if self.reduced_speed else "full"
+        return f"<Workspace tool {self.tool.name}, {load}, {speed} speed, {self.scene!r}>"
+
     @classmethod
     def of(cls, parameters: ArmParameters, *, reduced_speed: bool = True) -> Workspace:
         """Return the workspace of an arm with its gripper, without surroundings."""
@@ -99,13 +104,18 @@ class Workspace:
     def with_table(self, table: TeachTable) -> Workspace:
         """Return the workspace with other tools and poses; the mounted tool is as the table has it.
 
+        The fingers are those of the parameters, whatever the table has.
+
         Raises:
             InvalidArgumentError: It is no table, or has no tool of the name of the mounted one.
             LifecycleError: It changes the mounted tool, which carries a load.
         """
         if not isinstance(table, TeachTable):
             raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
-        name = self.tool.name
+        name, own = self.tool.name, fingers(self.parameters)
+        if table.fingers != own:
+            # A table read for another arm would displace every pose.
+            table = replace(table, fingers=own)
         if all(tool.name != name for tool in table.all_tools()):
             raise InvalidArgumentError(
                 f"the table has no tool {name}, which is mounted; add it, or set another tool first"

@@ -22,10 +22,12 @@ _RECORD_MAX = 16 << 20
 def fault_list(arm: Arm) -> m.FaultList:
     """Return the faults of an arm, and its warnings."""
     supervisor = arm.stack.supervisor
+    warnings = tuple(supervisor.warnings)
     return m.FaultList(
         supervisor.state,
         tuple(map(fault_value, tuple(supervisor.faults))),
-        tuple(supervisor.warnings),
+        tuple(map(str, warnings)),
+        tuple(warning.time for warning in warnings),
     )
 
 

@@ -102,10 +102,11 @@ def test_a_command_does_not_repeat_the_warnings_that_an_owner_had(said: Said) ->
         Robot.simulated(homed=True), ServeSettings("right", "sim", real_time_factor=50.0)
     ) as served:
         served.robot.unfold()
-        served.robot.move_joints([-1.0, 0.1, 1.0, 0.0])
-        assert served.robot.warnings
+        served.robot.runner.arm.warn("the disk is full", "home()")
         out = said.output("move --joints 1 0.3 1 0 --arm right")
         assert "warning" not in out
+        state = said.output("status --arm right")
+        assert re.search(r"^warning \d+ s ago: home\(\): the disk is full$", state, re.M)
 
 
 def test_the_owner_chooses_rate_and_firmware(arm: Served, said: Said) -> None:

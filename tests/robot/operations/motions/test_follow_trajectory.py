@@ -56,13 +56,14 @@ def test_a_plan_made_at_full_speed_is_slowed_down_and_keeps_its_goal(
     plan = robot.plan.move_joints((-0.5, 0.30, 0.5, 0.5))
     robot.reduced_speed = True
     records: list[CycleRecord] = []
-    robot.execute(plan, on_cycle=records.append)
+    motion = robot.execute(plan, on_cycle=records.append)
     assert robot.state.positions == pytest.approx((-0.5, 0.30, 0.5, 0.5), abs=2e-3)
     assert fastest(arm) < 1e-3
     for record in records:
         for joint in record.joints:
             assert joint.reference == pytest.approx(joint.position, abs=0.02)
-    assert any("to keep the tool at 250 mm/s" in warning for warning in robot.warnings)
+    assert any("to keep the tool at 250 mm/s" in note for note in motion.notes)
+    assert robot.warnings == ()
 
 
 def test_a_plan_is_slowed_down_for_a_longer_tool(robot: Robot) -> None:

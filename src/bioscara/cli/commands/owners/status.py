@@ -19,6 +19,7 @@ def arguments(parser: Parser) -> None:
 def run(options: Options, output: Output) -> None:
     """Describe an arm, its activity and the client that commands it."""
     from bioscara.api import messages as m
+    from bioscara.api.values import warnings_of
     from bioscara.cli.owner_link import asked, linked, owner_name, state_words
 
     name = owner_name(options)
@@ -50,8 +51,8 @@ def run(options: Options, output: Output) -> None:
             f"warning: not confirmed since the owner was started: {' and '.join(unconfirmed)}; the "
             f"arm only jogs until 'bioscara confirm --arm {name}'"
         )
-    for warning in faults.warnings[-_WARNINGS:]:
-        output.line(f"warning: {warning}")
+    for warning in warnings_of(faults)[-_WARNINGS:]:
+        output.line(f"warning {state.time - warning.time:.0f} s ago: {warning}")
     if (earlier := len(faults.warnings) - _WARNINGS) > 0:
         output.line(f"{earlier} earlier warnings: bioscara events --arm {name}")
     p50, p99, most = (1e3 * value for value in counted.late)

@@ -164,9 +164,10 @@ class PlannedGoal:
         controller, speed = self._controller, goal.trajectory.speed
         if speed < _SLOWER:
             took = goal.goal.trajectory.points[-1].time
-            self._arm.stack.supervisor.warnings.append(
-                f"{controller.name}: the goal takes {took:.2f} s instead of {speed * took:.2f} s, "
-                "as the speed is limited and jumps are averaged"
+            self._arm.warn(
+                f"the goal takes {took:.2f} s instead of {speed * took:.2f} s, as the speed is "
+                "limited and jumps are averaged",
+                controller.name,
             )
         controller.begin(self.handle, goal, self._arm.session.clock.now())
         self.course = course

@@ -65,6 +65,11 @@ class FollowTrajectory(Operation[None]):
         return planned if self._ramp is None else [self._ramp, *planned]
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Those of its plan."""
+        return () if self.plan is None else self.plan.notes
+
+    @property
     def progress(self) -> float:
         """Share of the planned time that has passed on the trajectory, 0 to 1."""
         if self.done and self.error is None:
@@ -89,10 +94,8 @@ class FollowTrajectory(Operation[None]):
             ramp = prepared(_goal(self._ramp))
             self._goals.append((ramp, Phase.APPROACH, self._ramp.duration))
         self._goals.append((prepared(_goal(trajectory)), Phase.TRAJECTORY, 0.0))
-        warnings = arm.stack.supervisor.warnings
-        warnings.extend(plan.notes)
         if (remedy := arm.pause_remedy(self)) is not None:
-            warnings.append(f"{self.name} begins paused: it moves after {remedy}")
+            arm.warn(f"{self.name} begins paused: it moves after {remedy}", self.name)
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Follow the ramp, then the trajectory."""

@@ -112,8 +112,7 @@ class Home(Operation[None]):
         execution = MotionExecution(arm, self)
         self.claim.require_not_stopped()
         if arm.paused:
-            warning = f"{self.name} begins paused: it moves after {arm.resumption}"
-            stack.supervisor.warnings.append(warning)
+            arm.warn(f"{self.name} begins paused: it moves after {arm.resumption}", self.name)
             yield from execution.run(lambda: not arm.paused, Phase.HOMING)
         arm.session.enable()
         directions, notes = self._directions(arm)
@@ -124,7 +123,8 @@ class Home(Operation[None]):
                 f"home(): the tool carries {load.name}, and the path of homing is clear only for "
                 "an empty gripper; take it off and detach() it, or hold it and gripper.release() it"
             )
-        stack.supervisor.warnings.extend(notes)
+        for note in notes:
+            arm.warn(note, self.name)
         stack.use(HOMING, clock.now())
         axes = [axis for axis in stack.hardware.axes if axis.name in directions]
 

@@ -58,8 +58,8 @@ class Jog(Operation[None]):
         planner = Planner(arm.workspace, arm.positions)
         planner.jog(planner.here())
         if (remedy := arm.pause_remedy(self)) is not None:
-            arm.stack.supervisor.warnings.append(
-                f"{self.name} begins paused: its velocities move nothing before {remedy}"
+            arm.warn(
+                f"{self.name} begins paused: its velocities move nothing before {remedy}", self.name
             )
 
     def cycles(self, arm: Arm) -> Cycles[None]:

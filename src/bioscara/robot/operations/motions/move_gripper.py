@@ -247,4 +247,4 @@ def store_width(arm: Arm) -> None:
         arm.session.gripper.keep()
     except GripperError as error:
         # It matters only after a power loss, so it stops nothing.
-        arm.stack.supervisor.warnings.append(str(error))
+        arm.warn(str(error))

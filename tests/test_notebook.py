@@ -1,0 +1,95 @@
+"""What a notebook shows: values on a line or in a small table, and errors without inner frames."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bioscara import BioscaraError, Pose, Samples
+from bioscara.errors import ControllerError
+from entries import entry
+from simulated import simulated_robot
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    folder = tmp_path_factory.mktemp("evidence")
+    _, _, made = simulated_robot(folder, homed=True, at=(0.3, 0.2, 0.8, -0.5))
+    with made:
+        yield made
+
+
+def shown(error: BaseException) -> str:
+    """Return what IPython prints of an error."""
+    return "\n".join(error._render_traceback_())  # type: ignore[attr-defined]
+
+
+def raised(call: Callable[[], object]) -> BioscaraError:
+    with pytest.raises(BioscaraError) as error:
+        call()
+    return error.value
+
+
+def test_a_refused_call_is_shown_without_the_frames_of_the_package(robot: Any) -> None:
+    error = raised(lambda: robot.move_to(Pose(450.0, 0.0, 0.1)))
+    text = shown(error)
+    assert "robot.move_to(Pose(450.0, 0.0, 0.1))" in text
+    assert text.endswith(f"InvalidArgumentError: {error}")
+    assert "/src/bioscara/" not in text
+    assert "/src/bioscara/" in "".join(traceback.format_exception(error)), "elsewhere all is shown"
+
+
+def test_an_error_of_the_users_own_code_behind_it_is_shown(tmp_path: Path) -> None:
+    def opened() -> None:
+        try:
+            (tmp_path / "none").read_text()
+        except OSError as error:
+            raise ControllerError("the file") from error
+
+    def divided() -> None:
+        try:
+            print(1 / 0)
+        except ZeroDivisionError as error:
+            raise ControllerError("the division") from error
+
+    assert "ZeroDivisionError" in shown(raised(divided))
+    assert "FileNotFoundError" in shown(raised(opened))
+    # The cause of a refusal was raised within the package, which its message says already.
+    from bioscara import load_table  # noqa: PLC0415
+
+    text = shown(raised(lambda: load_table(tmp_path / "none")))
+    assert "FileNotFoundError" not in text
+    assert "No such file" in text
+
+
+def test_each_value_is_one_line_and_a_table(robot: Any) -> None:
+    samples = Samples()
+    robot.move_relative(z=-0.01, on_cycle=samples)
+    plan = robot.plan.move_relative(z=0.01)
+    values = {
+        "robot": (robot, "enabled, homed, at x="),
+        "pose": (robot.pose, "Pose(x="),
+        "state": (robot.state, "[rad or m]: j1 0.3000, "),
+        "table": (robot.table, "poses center"),
+        "plan": (plan, f"{plan.duration:.2f} s"),
+        "trajectory": (plan.trajectory, "points"),
+        "samples": (samples, "cycles in"),
+    }
+    for name, (value, part) in values.items():
+        with entry(name):
+            assert part in repr(value)
+            assert len(repr(value)) < 130
+            assert value._repr_html_().startswith("<table>")
+    for name in ("workspace", "parameters", "scene", "faults", "warnings", "gripper", "runner"):
+        with entry(name):
+            assert len(repr(getattr(robot, name))) < 130
+    assert eval(repr(robot.pose), {"Pose": Pose}) == pytest.approx(robot.pose, abs=1e-6)  # noqa: S307
+
+
+def test_texts_are_no_html(robot: Any) -> None:
+    html = robot.plan.move_relative(z=0.01)._replace(notes=("a < b",))._repr_html_()
+    assert "a &lt; b" in html
