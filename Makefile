@@ -26,7 +26,7 @@ ROS2 ?= .venv-ros2
 BIN := $(VENV)/bin
 EMULATED := tests/firmware/test_emulat*.py
 PIP := $(BIN)/python -m pip --disable-pip-version-check
-NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
+NATIVE := firmware/pyproject.toml $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
             -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
 
@@ -48,7 +48,7 @@ $(VENV)/.created: Makefile
 $(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
 	@command -v c++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }
 	@echo "building the firmware for the simulated arm"
-	@$(PIP) install --quiet -c constraints.txt ./firmware/sim
+	@$(PIP) install --quiet -c constraints.txt ./firmware
 	@touch $@
 
 $(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
@@ -155,13 +155,18 @@ firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
 	@$(BIN)/python -m pytest -q -n auto --dist worksteal $(EMULATED)
 
-dist: $(VENV)/.dev firmware
-	@rm -rf dist
-	@$(PIP) install --quiet -c constraints.txt hatchling
-	@$(BIN)/python -m hatchling build -d dist
-	@version=$$($(BIN)/python -c 'import bioscara; print(bioscara.__version__)') && for joint in 1 2 3 4; do \
-	    cp firmware/build/j$$joint.bin dist/bioscara-$$version-j$$joint.bin || exit 1; done
-	@cd dist && sha256sum -- * >SHA256SUMS && cat SHA256SUMS
+$(VENV)/.release: $(VENV)/.dev
+	@$(PIP) install --quiet -c constraints.txt build twine check-wheel-contents abi3audit
+	@touch $@
+
+dist: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.release dist
+
+release-check: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.release_check
+
+arm-check: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.arm_check
 
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
@@ -189,7 +194,7 @@ $(ROS2)/.ros2: $(INTERFACES) pyproject.toml constraints.txt
 	@echo "building the interface packages"
 	@$(ROS2_PIP) install --quiet --no-deps --no-build-isolation ./interfaces
 	@echo "building the firmware for the simulated arm"
-	@$(ROS2_PIP) install --quiet -c $(ROS2)/constraints.txt ./firmware/sim
+	@$(ROS2_PIP) install --quiet -c $(ROS2)/constraints.txt ./firmware
 	@touch $@
 
 ros2: $(ROS2)/.ros2
