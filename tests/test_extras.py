@@ -12,6 +12,7 @@ from typing import get_args
 
 import bioscara_firmware_sim
 import pytest
+from tools.set_version import versions
 
 from bioscara.extras import Extra, install
 from bioscara.version import __version__
@@ -78,10 +79,5 @@ def test_an_unusable_simulation_is_refused_with_the_command_that_installs_it(
 
 
 def test_all_that_is_released_together_has_one_version() -> None:
-    projects = [
-        tomllib.loads((ROOT / name / "pyproject.toml").read_text())["project"]
-        for name in (".", "firmware", "interfaces", "ros")
-    ]
-    assert {project["version"] for project in projects} == {__version__}
-    assert projects[0]["optional-dependencies"]["sim"] == [f"bioscara-firmware-sim=={__version__}"]
+    assert {*versions().values()} == {frozenset({__version__})}
     assert bioscara_firmware_sim.__version__ == __version__
