@@ -4,11 +4,13 @@
 #   make test            the tests in at most 5 minutes of two cores; of those with ROS 2 and of the page in
 #                        a browser a few, where these are installed
 #   make test-all        all tests: these, those that take long, all with ROS 2, which it installs, all of the page in a browser,
-#                        and firmware-check
+#                        firmware-check, release-check and arm-check
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make format          the form that lint checks, of Python and of the page's JavaScript
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
-#   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
+#   make dist            a release: wheels, sdists, images of the joints, checksums
+#   make release-check   a release: built twice, judged, installed with each Python here, and used
+#   make arm-check       the same on emulated arm64, the arm's own kind of computer, compared bit for bit
 #   make firmware-check  the joint firmware: host tests under sanitizers, the images on an emulated board
 #   make bench           the benchmarks; writes docs/benchmarks.md
 #   make docs            the documentation as a site, with the reference, into site/
@@ -37,7 +39,7 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
+.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist release-check arm-check bench docs laws soak page-soak mutants ros2 generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -91,6 +93,8 @@ test-all: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
 	$(PYTEST) -m 'thorough and not realtime' tests || status=1; \
 	$(PYTEST) -m '(ros or browser) and not path' tests || status=1; \
 	$(MAKE) --no-print-directory firmware-check || status=1; \
+	$(MAKE) --no-print-directory release-check || status=1; \
+	$(MAKE) --no-print-directory arm-check || status=1; \
 	cat $$BIOSCARA_FAILED; exit $$status
 
 # Of the functions of the page that compute and touch nothing else.

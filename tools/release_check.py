@@ -55,12 +55,17 @@ def _check(folder: Path) -> None:
     for version in sorted({*PYTHONS} - {*found}):
         say(f"not tried, as this computer does not have it: Python {version}")
     assert found, f"none of Python {', '.join(PYTHONS)} is here"
-    results = {}
+    tried = {}
     for version, python in found.items():
-        say(f"Python {version}, in an empty folder")
-        empty = installed(python, dist, folder / version)
-        try_installed(empty)
-        results[version] = _result(empty)
+        begun = time.monotonic()
+        tried[version] = tried_out(installed(python, dist, folder / version))
+        say(f"Python {version}: installed in {time.monotonic() - begun:.0f} s")
+    results = {}
+    for version, program in tried.items():
+        output, _ = program.communicate()
+        say(f"Python {version}, in an empty folder\n{output.rstrip()}")
+        assert program.returncode == 0, f"it cannot be used with Python {version}"
+        results[version] = _result(folder / version / "empty")
     assert len({*results.values()}) == 1, (
         f"samples of the demo or plans are not the same on all of them: {results}"
     )
@@ -75,7 +80,6 @@ def installed(python: Path, dist: Path, folder: Path) -> Path:
         dist: Folder with the release.
         folder: For the environment; it does not exist yet.
     """
-    begun = time.monotonic()
     _run(str(python), "-m", "venv", folder / "env")
     pip = (folder / "env/bin/python", "-m", "pip", "--disable-pip-version-check", "install", "-q")
     _run(*pip, "--find-links", dist, f"bioscara=={__version__}")
@@ -96,12 +100,11 @@ def installed(python: Path, dist: Path, folder: Path) -> Path:
         _judge("abi3audit", "--strict", wheel)
     _run(*pip, wheel)
     _run(*pip, "--find-links", dist, f"bioscara[{EXTRAS}]=={__version__}")
-    say(f"  {time.monotonic() - begun:6.1f} s  installed")
     return empty
 
 
-def try_installed(empty: Path) -> None:
-    """Use an installation as a new user would.
+def tried_out(empty: Path) -> subprocess.Popen[str]:
+    """Use an installation as a new user would; return the program that does, which waits often.
 
     Args:
         empty: The folder that :func:`installed` has returned.
@@ -109,7 +112,9 @@ def try_installed(empty: Path) -> None:
     for name in ("try_installed.py", "motion_bits.py"):
         shutil.copy(ROOT / "tools" / name, empty.parent)
     words = (empty.parent / "env/bin/python", empty.parent / "try_installed.py")
-    subprocess.run(words, cwd=empty, check=True)
+    return subprocess.Popen(
+        words, cwd=empty, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
 
 
 def _result(folder: Path) -> str:
