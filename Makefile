@@ -28,7 +28,7 @@ EMULATED := tests/firmware/test_emulat*.py
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 # On a terminal pip shows what it does: the two steps take half a minute.
 QUIET := $$([ -t 2 ] || echo --quiet)
-NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
+NATIVE := firmware/pyproject.toml $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
             -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
 
@@ -51,7 +51,7 @@ $(VENV)/.created: Makefile
 $(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
 	@command -v c++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }
 	@echo "2 of 3: compiling the firmware for the simulated arm"
-	@$(PIP) install $(QUIET) -c constraints.txt ./firmware/sim
+	@$(PIP) install $(QUIET) -c constraints.txt ./firmware
 	@touch $@
 
 $(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
@@ -158,13 +158,18 @@ firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
 	@$(BIN)/python -m pytest -q -n auto --dist worksteal $(EMULATED)
 
-dist: $(VENV)/.dev firmware
-	@rm -rf dist
-	@$(PIP) install --quiet -c constraints.txt hatchling
-	@$(BIN)/python -m hatchling build -d dist
-	@version=$$($(BIN)/python -c 'import bioscara; print(bioscara.__version__)') && for joint in 1 2 3 4; do \
-	    cp firmware/build/j$$joint.bin dist/bioscara-$$version-j$$joint.bin || exit 1; done
-	@cd dist && sha256sum -- * >SHA256SUMS && cat SHA256SUMS
+$(VENV)/.release: $(VENV)/.dev
+	@$(PIP) install --quiet -c constraints.txt build twine check-wheel-contents abi3audit
+	@touch $@
+
+dist: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.release dist
+
+release-check: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.release_check
+
+arm-check: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.arm_check
 
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
@@ -192,7 +197,7 @@ $(ROS2)/.ros2: $(INTERFACES) pyproject.toml constraints.txt
 	@echo "building the interface packages"
 	@$(ROS2_PIP) install --quiet --no-deps --no-build-isolation ./interfaces
 	@echo "building the firmware for the simulated arm"
-	@$(ROS2_PIP) install --quiet -c $(ROS2)/constraints.txt ./firmware/sim
+	@$(ROS2_PIP) install --quiet -c $(ROS2)/constraints.txt ./firmware
 	@touch $@
 
 ros2: $(ROS2)/.ros2

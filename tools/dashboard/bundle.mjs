@@ -1,4 +1,5 @@
-// Make page/vendor: three.js as one tree-shaken module, uPlot as it is published but minified, and VENDORED.md.
+// Make page/vendor: three.js as one tree-shaken module, uPlot as it is published but minified, VENDORED.md, and the
+// software bill of materials (SBOM) of the wheel.
 //
 // `npm run bundle` writes them; `npm run bundle -- --check` compares, and fails where they differ. The same
 // package-lock.json gives the same bytes. Only maintainers need this: the page's files are committed.
@@ -92,6 +93,38 @@ ${rows.join("\n")}
 ${licences.join("")}`;
 }
 
+/**
+ * Return the SBOM as CycloneDX: the packages that the wheel carries. Those that pip installs are in its metadata.
+ *
+ * @param {string[]} names Packages.
+ */
+function billOfMaterials(names) {
+  const components = names.map((name) => {
+    const { version, license, homepage } = packageOf(name);
+    const purl = `pkg:npm/${name}@${version}`;
+    return {
+      type: "library",
+      "bom-ref": purl,
+      name,
+      version,
+      licenses: [{ license: { id: license } }],
+      purl,
+      externalReferences: [{ type: "website", url: homepage }],
+    };
+  });
+  const subject = { type: "application", "bom-ref": "pkg:pypi/bioscara", name: "bioscara", purl: "pkg:pypi/bioscara" };
+  const bill = {
+    $schema: "http://cyclonedx.org/schema/bom-1.6.schema.json",
+    bomFormat: "CycloneDX",
+    specVersion: "1.6",
+    version: 1,
+    metadata: { component: subject },
+    components,
+    dependencies: [{ ref: subject["bom-ref"], dependsOn: components.map(({ purl }) => purl) }],
+  };
+  return `${JSON.stringify(bill, null, 2)}\n`;
+}
+
 const files = {
   "three.js": await bundled("three", join(HERE, "three_entry.js")),
   "uplot.css": readFileSync(join(MODULES, "uplot/dist/uPlot.min.css"), "utf8"),
@@ -100,6 +133,7 @@ const files = {
 const all = {
   ...files,
   "VENDORED.md": listed(files),
+  "bioscara.cdx.json": billOfMaterials(["three", "uplot"]),
   // Types for the modules of the page; the paths of tsconfig.json lead them to the packages.
   "three.d.ts": readFileSync(join(HERE, "three_entry.js"), "utf8"),
   "uplot.d.ts": 'export { default } from "uplot";\n',

@@ -137,14 +137,15 @@ def read_image(path: Path | str) -> Image:
 
 
 def prebuilt(joint: int) -> Path:
-    """Return the available image of this version: built in this checkout, or downloaded.
+    """Return the available image of this version: built in this checkout, released, or downloaded.
 
     Raises:
         ImageError: There is none; the message states where to get one.
     """
     built = Path(__file__).parents[3] / "firmware" / "build" / f"j{joint}.bin"
+    packaged = Path(__file__).parent / "images" / f"j{joint}.bin"  # In wheels of releases.
     released = Path(f"bioscara-{__version__}-j{joint}.bin")  # As `make dist` names it.
-    for path in (built, released):
+    for path in (built, packaged, released):
         if path.is_file():
             return path
     raise ImageError(
