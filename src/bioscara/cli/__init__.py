@@ -6,7 +6,8 @@ actions share ``opened_arm``, which opens the named arm, ``motion``, which moves
 display, ``job`` and ``sequence``, which carry a file out, ``target``, which plans the motions of
 ``plan`` and ``move``, ``teach_table`` with the poses of ``--table``, ``owner_link`` to a served
 arm, ``signals``, ``terminal`` for jogging by keys and for looking at an arm, ``watch``, which shows
-the demonstration in the browser, ``completion`` of words by the shell, and ``output`` for all that is shown and written.
+the demonstration in the browser, ``completion`` of words by the shell, and ``output`` for all that
+is shown and written.
 """
 
 from __future__ import annotations

@@ -78,7 +78,8 @@ class Parser(argparse.ArgumentParser):
     Attributes:
         commands: The parsers of the commands, by name.
         checks: Complete the options of the command, and refuse those that exclude one another.
-        explain: Return what stray words were meant to be, with the parsed options, or an empty text.
+        explain: Return what stray words were meant to be, with the parsed options; or an empty
+            text.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -157,7 +157,7 @@ def share_target(parser: Parser, *, required: bool = True) -> None:
     share(parser, "--table", "--tool", "--linear", "--via", "--velocity-scaling")
     if required:
         parser.explain = partial(_as_target, parser.prog)
-        # argparse would refuse a missing target before it finds that a word without an option is one.
+        # argparse would refuse a missing target before it finds a word that is meant as one.
         parser.checks.insert(0, _require_target)
 
 

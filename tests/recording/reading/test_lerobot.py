@@ -14,6 +14,7 @@ import pytest
 
 from bioscara.api.messages import StateSample
 from bioscara.cli import main
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import ConfigurationError, InvalidArgumentError, RecordingError
 from bioscara.recording.reading import lerobot
 from bioscara.recording.reading.lerobot import export_lerobot
@@ -58,8 +59,8 @@ def recorded(
             cycle=cycle, time=time, names=NAMES, positions=here, velocities=(0.1,) * 4,
             qualities=(0,) * 4, stamps=(time,) * 4, flags=(0,) * 4,
             commands=tuple([each + 0.01 for each in here]), pose=None, width=width, enabled=True,
-            fault="clear", paused=False, speed_override=1.0, moving=(), late=0.0, bus_time=0.0,
-            stale=False,
+            fault=FaultState.CLEAR, paused=False, speed_override=1.0, moving=(), late=0.0,
+            bus_time=0.0, stale=False,
         )  # fmt: skip
         stamp = round(1e9 * (1.7e9 + time))
         for topic, data in encode(sample, stamp):
@@ -204,7 +205,7 @@ def test_a_recording_without_goals_or_that_is_damaged_is_refused(
     content = bytearray(path.read_bytes())
     content[len(content) // 3 : len(content) // 3 + 1000] = bytes(1000)
     (tmp_path / "b.mcap").write_bytes(content)
-    with pytest.raises(RecordingError, match="is damaged: .* record recover .* --out FILE"):
+    with pytest.raises(RecordingError, match=r"is damaged: .* record recover .* --out FILE"):
         export_lerobot(tmp_path / "b.mcap", tmp_path / "a", 30)
     assert not (tmp_path / "a").exists()
 

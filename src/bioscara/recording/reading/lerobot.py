@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
+import numpy.typing as npt
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError, RecordingError
 from bioscara.extras import install
@@ -25,6 +26,8 @@ from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.topics import Topic
 from bioscara.whole_files import new_folder
 
+Column = npt.NDArray[Any]
+"""Numbers of all frames, in the type of their file."""
 _TIME = "arm_time"
 _GAP = 0.1
 """Longest time without a complete sample within an episode, and at its ends [s]."""
@@ -115,7 +118,7 @@ def export_lerobot(path: Path, out: Path, fps: int) -> Dataset:
     columns = {name: np.concatenate([each[name] for each in tables]) for name in _names(tables)}
     spans = list(_spans(path, columns))
     if not spans:
-        raise RecordingError(f"{path} has no goal that succeeded, of which an episode could be made")
+        raise RecordingError(f"{path} has no goal that succeeded, to make an episode of")
     _check_rate(fps, columns[_TIME])
     names, notes = _joints(columns, spans)
     episodes, left_out = list[_Episode](), dict[str, list[str]]()
@@ -167,7 +170,7 @@ def _check_rate(fps: int, times: Array) -> None:
 
 
 def _joints(columns: Mapping[str, Array], spans: Sequence[_Span]) -> tuple[list[str], list[str]]:
-    """Return the names of the joints, with the gripper if its width was known; and a note if not."""
+    """Return the names of the joints, with the gripper if its width was known; else a note."""
     end = _ENDS["action"]
     names = [name.removesuffix(end) for name in columns if name.endswith(end)]
     known = ~np.isnan(columns.get(f"{GRIPPER}{end}", np.array([np.nan])))
@@ -177,9 +180,7 @@ def _joints(columns: Mapping[str, Array], spans: Sequence[_Span]) -> tuple[list[
     return names, []
 
 
-def _episode(
-    span: _Span, columns: Mapping[str, Array], names: Sequence[str], fps: int
-) -> _Episode:
+def _episode(span: _Span, columns: Mapping[str, Array], names: Sequence[str], fps: int) -> _Episode:
     """Return the frames of a goal; raises ValueError with the reason if it has none."""
     times = columns[_TIME]
     rows = slice(*np.searchsorted(times, (span.begin, span.end)).tolist())
@@ -217,11 +218,13 @@ def _write(
     import pyarrow.parquet as pq  # noqa: PLC0415
 
     tasks = list(dict.fromkeys(each.task for each in episodes))
-    parts, rows, begin = list[dict[str, Array]](), list[dict[str, Any]](), 0
+    parts, rows, begin = list[dict[str, Column]](), list[dict[str, Any]](), 0
     for number, episode in enumerate(episodes):
         count, task = len(episode.frames["action"]), tasks.index(episode.task)
         index = np.arange(count)
-        part = {name: table.astype(np.float32) for name, table in episode.frames.items()}
+        part: dict[str, Column] = {
+            name: table.astype(np.float32) for name, table in episode.frames.items()
+        }
         part["timestamp"] = (index / fps).astype(np.float32)
         part["frame_index"], part["episode_index"] = index, np.full(count, number)
         part["index"], part["task_index"] = begin + index, np.full(count, task)
@@ -247,7 +250,7 @@ def _write(
         begin += count
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def array(column: Array) -> Any:
+    def array(column: Column) -> Any:
         if column.ndim == 1:
             return pa.array(column)
         return pa.FixedSizeListArray.from_arrays(pa.array(column.ravel()), column.shape[1])
@@ -279,7 +282,7 @@ def _write(
 
 
 def _info(
-    columns: Mapping[str, Array], episodes: int, tasks: int, labels: Sequence[str], fps: int
+    columns: Mapping[str, Column], episodes: int, tasks: int, labels: Sequence[str], fps: int
 ) -> dict[str, Any]:
     features = {
         name: {
@@ -306,8 +309,12 @@ def _info(
     }
 
 
-def _statistics(column: Array) -> dict[str, list[Any]]:
+def _statistics(column: Column) -> dict[str, list[Any]]:
     table = column.reshape(len(column), -1).astype(np.float64)
-    kinds = {"min": table.min, "max": table.max, "mean": table.mean, "std": table.std}
-    values = {name: each(axis=0).tolist() for name, each in kinds.items()}
-    return {**values, "count": [len(table)]}
+    return {
+        "min": table.min(axis=0).tolist(),
+        "max": table.max(axis=0).tolist(),
+        "mean": table.mean(axis=0).tolist(),
+        "std": table.std(axis=0).tolist(),
+        "count": [len(table)],
+    }

@@ -23,7 +23,8 @@ def arguments(parser: Parser) -> None:
         "start": "Record a served arm until Ctrl-C (the default).",
         "info": "List what a recording contains.",
         "recover": "Complete a recording whose recorder was killed or whose disk was full.",
-        "export": "Write samples, events and trajectories as tables, and the flight records; or a dataset.",
+        "export": "Write samples, events and trajectories as tables with the flight records, or a "
+        "LeRobot dataset.",
         "replay": "Serve a recording as an arm that clients can look at but not command.",
     }
     start, info, recover, export, replay = (
@@ -42,7 +43,8 @@ def arguments(parser: Parser) -> None:
         "--lerobot",
         metavar="DIR",
         type=Path,
-        help="new folder for a LeRobot dataset, format 3.0: an episode for each goal that succeeded",
+        help="new folder for a LeRobot dataset, format 3.0: an episode for each goal that "
+        "succeeded",
     )
     export.add_argument(
         "--fps",

@@ -11,13 +11,13 @@ def arguments(parser: Parser) -> None:
         "shell",
         metavar="SHELL",
         choices=("bash", "zsh", "fish"),
-        help='bash, zsh or fish; its script is for eval "$(bioscara completion bash)" in ~/.bashrc, '
-        "or likewise in ~/.zshrc, and as ~/.config/fish/completions/bioscara.fish",
+        help="bash, zsh or fish; its line in the start file of the shell, such as ~/.bashrc, is: "
+        'eval "$(bioscara completion bash)"; fish: bioscara completion fish | source',
     )
 
 
 def run(options: Options, output: Output) -> None:
     """Print the script, for the shell to evaluate."""
-    import argcomplete
+    from argcomplete.shell_integration import shellcode
 
-    output.lines(argcomplete.shellcode(["bioscara"], shell=options.shell).splitlines())
+    output.lines(shellcode(["bioscara"], shell=options.shell).splitlines())
