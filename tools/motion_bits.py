@@ -1,7 +1,7 @@
 """Plan motions of many kinds and print a checksum of each, to compare computers bit for bit.
 
-``python tools/motion_bits.py [SEED]``: a line is the kind of motion, its number of points and the
-SHA-256 of all its numbers. It imports nothing but the installed package.
+``python tools/motion_bits.py [COUNT]``, with the number of motions of each kind: a line is the
+kind, the number of points and the SHA-256 of all numbers. It imports only the installed package.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ import numpy as np
 
 from bioscara import Pose, Robot, Trajectory, Waypoint
 from bioscara.errors import BioscaraError
+from bioscara.robot.planner import Plan
 
 COUNT = 12
-"""Motions of each kind."""
+"""Motions of each kind, if no other number is given."""
+SEED = 1
 
 
 def checksum(trajectory: Trajectory) -> str:
@@ -31,7 +33,7 @@ def checksum(trajectory: Trajectory) -> str:
     return digest.hexdigest()
 
 
-def motions(robot: Robot, draw: random.Random) -> Iterator[tuple[str, Trajectory]]:
+def motions(robot: Robot, draw: random.Random, count: int) -> Iterator[tuple[str, Trajectory]]:
     """Yield plans of all kinds between places that are drawn at random, where there is one."""
     plan = robot.plan
 
@@ -54,31 +56,31 @@ def motions(robot: Robot, draw: random.Random) -> Iterator[tuple[str, Trajectory
         ),
         "to": lambda: plan.move_to(place()),
         "linear": lambda: plan.move_linear(place()),
-        "relative": lambda: plan.move_relative(x=draw.uniform(-0.1, 0.1), y=draw.uniform(-0.1, 0.1)),
+        "relative": lambda: plan.move_relative(draw.uniform(-0.1, 0.1), draw.uniform(-0.1, 0.1)),
         "circular": lambda: plan.move_circular(place(), place()),
         "sequence": sequence,
     }
     for kind, planned in kinds.items():
         found = 0
-        for _ in range(100 * COUNT):
+        for _ in range(100 * count):
             try:
                 trajectory = planned().trajectory
             except BioscaraError:
                 continue
             yield kind, trajectory
             found += 1
-            if found == COUNT:
+            if found == count:
                 break
 
 
-def main(seed: int) -> None:
+def main(count: int) -> None:
     """Print the checksums of all motions."""
     with Robot.simulated() as robot:
         robot.home()
         robot.move_joints([0.3, 0.2, 0.9, -0.5])
-        for kind, trajectory in motions(robot, random.Random(seed)):
+        for kind, trajectory in motions(robot, random.Random(SEED), count):
             sys.stdout.write(f"{kind} {len(trajectory.times)} {checksum(trajectory)}\n")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT)

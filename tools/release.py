@@ -1,4 +1,4 @@
-"""Build what a release consists of: ``python -m tools.release FOLDER``, or ``make dist``.
+"""Build a release: ``python -m tools.release FOLDER``, or ``make dist``.
 
 Both distributions, each as sdist and as the wheel that is built from this sdist; the images of the
 joints, which the wheel has as well; and SHA256SUMS. The files are those that git tracks, and the
@@ -16,12 +16,8 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from bioscara.version import __version__
+from bioscara.flashing.image import JOINTS, PACKAGED, released_name
 from tools.generated import ROOT
-
-JOINTS = (1, 2, 3, 4)
-_IMAGES = "src/bioscara/flashing/images"
-"""Folder of the images in the sources that are built, as :mod:`bioscara.flashing` finds them."""
 
 
 def build(out: Path) -> None:
@@ -42,11 +38,11 @@ def build(out: Path) -> None:
             if name and (ROOT / name).is_file():
                 (sources / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(ROOT / name, sources / name)
-        images = sources / _IMAGES
+        images = sources / PACKAGED.relative_to(ROOT)
         images.mkdir()
         for joint in JOINTS:
             shutil.copy(ROOT / f"firmware/build/j{joint}.bin", images)
-            shutil.copy(images / f"j{joint}.bin", out / f"bioscara-{__version__}-j{joint}.bin")
+            shutil.copy(images / f"j{joint}.bin", out / released_name(joint))
         _write_sums(images)
         for project in (sources, sources / "firmware"):
             subprocess.run(
@@ -56,7 +52,8 @@ def build(out: Path) -> None:
                     "SOURCE_DATE_EPOCH": _git("log", "-1", "--format=%ct").strip(),
                     "PIP_CONSTRAINT": str(ROOT / "constraints.txt"),
                 },
-                stdout=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
                 check=True,
             )
     _write_sums(out)

@@ -59,8 +59,16 @@ async function bundled(name, entry) {
     charset: "utf8",
     plugins: [shorterShaders],
   });
+  return withLicence(name, outputFiles[0].text);
+}
+
+/**
+ * @param {string} name
+ * @param {string} text
+ */
+function withLicence(name, text) {
   const { version, license, homepage } = packageOf(name);
-  return `/*! ${name} ${version} | ${license} licence, see VENDORED.md | ${homepage} */\n${outputFiles[0].text}`;
+  return `/*! ${name} ${version} | ${license} licence, see VENDORED.md | ${homepage} */\n${text}`;
 }
 
 /** @param {string} name */
@@ -127,7 +135,7 @@ function billOfMaterials(names) {
 
 const files = {
   "three.js": await bundled("three", join(HERE, "three_entry.js")),
-  "uplot.css": readFileSync(join(MODULES, "uplot/dist/uPlot.min.css"), "utf8"),
+  "uplot.css": withLicence("uplot", readFileSync(join(MODULES, "uplot/dist/uPlot.min.css"), "utf8")),
   "uplot.js": await bundled("uplot", join(MODULES, "uplot/dist/uPlot.esm.js")),
 };
 const all = {

@@ -17,7 +17,6 @@ from tools.meshes import read_stl
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
-from bioscara.model.urdf import DESCRIPTION
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, arm_of, frames
 from bioscara.planning.collision.margins import OWN_MARGIN
 from bioscara.planning.collision.scene import Scene

@@ -76,9 +76,7 @@ def along(kinematics: Scara, samples: PathSamples, start: Joints) -> JointSample
     )
 
 
-def _wrist(
-    kinematics: Scara, samples: PathSamples, turn: Array
-) -> tuple[tuple[Array, Array], ...]:
+def _wrist(kinematics: Scara, samples: PathSamples, turn: Array) -> tuple[tuple[Array, Array], ...]:
     """Return x and y of the wrist's axis in the arm's base, and their derivatives."""
     to_base, tool = kinematics.base.inverse(), kinematics.tool
     cb, sb = math.cos(to_base.yaw), math.sin(to_base.yaw)
