@@ -28,6 +28,8 @@ ROS2 ?= .venv-ros2
 BIN := $(VENV)/bin
 EMULATED := tests/firmware/test_emulat*.py
 PIP := $(BIN)/python -m pip --disable-pip-version-check
+# On a terminal pip shows what it does: the two steps take half a minute.
+QUIET := $$([ -t 2 ] || echo --quiet)
 NATIVE := firmware/pyproject.toml $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
             -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
@@ -44,18 +46,19 @@ MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .creat
 
 $(VENV)/.created: Makefile
 	@$(PYTHON) -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.exit(sys.version_info < (3, 11) and "bioscara needs Python 3.11 or newer; $(PYTHON) is " + v + ": make PYTHON=/path/to/python3.11")'
+	@echo "1 of 3: creating the environment $(VENV)"
 	@$(PYTHON) -m venv $(if $(MOVED),--clear) $(VENV) || { echo "cannot create $(VENV): on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
 	@(cd $(VENV) && pwd -P) >$@
 
 $(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
 	@command -v c++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }
-	@echo "building the firmware for the simulated arm"
-	@$(PIP) install --quiet -c constraints.txt ./firmware
+	@echo "2 of 3: compiling the firmware for the simulated arm"
+	@$(PIP) install $(QUIET) -c constraints.txt ./firmware
 	@touch $@
 
 $(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
-	@echo "installing bioscara"
-	@$(PIP) install --quiet -c constraints.txt -e '.[plot,web]'
+	@echo "3 of 3: installing bioscara and the packages that it needs"
+	@$(PIP) install $(QUIET) -c constraints.txt -e '.[plot,web]'
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt

@@ -95,6 +95,10 @@ COMMANDS = {
         "serving.web",
         "Let browsers and programs reach an arm that an owner serves, until Ctrl-C.",
     ),
+    "completion": (
+        "setup.completion",
+        "Print the script by which bash, zsh or fish completes commands, options and names.",
+    ),
     "ros": (
         "serving.ros",
         "Be the controller manager of an arm for clients of ROS 2, until Ctrl-C. All that follows "
