@@ -78,6 +78,23 @@ def test_an_unusable_simulation_is_refused_with_the_command_that_installs_it(
     assert [path.name for path in tmp_path.iterdir()] == ["packages"]
 
 
+def test_a_package_that_is_missing_is_named_with_the_command_that_installs_it(
+    tmp_path: Path,
+) -> None:
+    missing = "raise ModuleNotFoundError('none', name='msgspec')"
+    (tmp_path / "msgspec.py").write_text(missing)
+    done = subprocess.run(
+        [sys.executable, "-m", "bioscara", "plan", "--name", "center"],
+        env=environment() | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    remedy = f"{sys.executable} -m pip install bioscara=={__version__}"
+    assert done.stderr == f"bioscara: msgspec is missing, which it needs: {remedy}\n"
+    assert done.returncode == 2
+
+
 def test_all_that_is_released_together_has_one_version() -> None:
     assert {*versions().values()} == {frozenset({__version__})}
     assert bioscara_firmware_sim.__version__ == __version__
