@@ -46,13 +46,14 @@ mount --rbind /etc/ssl/certs etc/ssl/certs
 export HOME=/root PATH=/usr/sbin:/usr/bin:/bin LANG=C.UTF-8 PIP_CONFIG_FILE=/dev/null
 exec chroot . /bin/sh -ec '
 cd /root
-python3 -m venv env
-env/bin/pip install -q *.whl
-env/bin/pip install -q --no-deps ./bioscara_firmware_sim-*.gz
-env/bin/pip install -q --find-links . "bioscara[sim,web]"
+python3 -m venv /opt/bioscara
+pip="/opt/bioscara/bin/pip install -q"
+$pip *.whl
+$pip --no-deps ./bioscara_firmware_sim-*.gz
+$pip --find-links . "bioscara[sim,web]"
 mkdir empty
 cd empty
-exec ../env/bin/python ../try_installed.py'
+exec /opt/bioscara/bin/python ../try_installed.py'
 """
 """Commands in the namespaces; the kernel keeps QEMU open, which therefore is not in the root."""
 

@@ -82,6 +82,16 @@ def serve() -> None:
         assert owner.wait(PATIENCE) in {0, 130}, owner.returncode
 
 
+def plan_service() -> None:
+    """Let the service be planned; where services do not see this Python, that has to be said."""
+    words = (BIOSCARA, "service", "install", "lab", "--bus", "sim", "--dry-run")
+    done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    if done.returncode == 2:
+        assert "is hidden from services; install it elsewhere" in done.stderr, done.stderr
+    else:
+        assert "would write /etc/systemd/system/bioscara@.service" in done.stdout, done
+
+
 def main() -> None:
     """Try everything."""
     with tempfile.TemporaryDirectory(dir="/tmp") as runtime:  # as paths of sockets are short
@@ -101,6 +111,8 @@ def main() -> None:
             run(sys.executable, "-c", IMAGES)
         with step("bioscara serve, its page and a program"):
             serve()
+        with step("bioscara service install --dry-run"):
+            plan_service()
 
 
 if __name__ == "__main__":
