@@ -175,7 +175,8 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print one line and end the program with status 2."""
         refused = sys.exc_info()[1]
-        if isinstance(refused, argparse.ArgumentError):
+        # Of Python 3.13, also of what is missing, without a name.
+        if isinstance(refused, argparse.ArgumentError) and refused.argument_name is not None:
             message = self._explained(refused)
         for prefix, explain in (
             ("the following arguments are required: ", self._missing),
