@@ -4,11 +4,13 @@
 #   make test            the tests in at most 5 minutes of two cores; of those with ROS 2 and of the page in
 #                        a browser a few, where these are installed
 #   make test-all        all tests: these, those that take long, all with ROS 2, which it installs, all of the page in a browser,
-#                        and firmware-check
+#                        firmware-check, release-check and arm-check
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make format          the form that lint checks, of Python and of the page's JavaScript
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
-#   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
+#   make dist            a release: wheels, sdists, images of the joints, checksums
+#   make release-check   a release: built twice, judged, installed with each Python here, and used
+#   make arm-check       the same on emulated arm64, the arm's own kind of computer, compared bit for bit
 #   make firmware-check  the joint firmware: host tests under sanitizers, the images on an emulated board
 #   make bench           the benchmarks; writes docs/benchmarks.md
 #   make docs            the documentation as a site, with the reference, into site/
@@ -26,7 +28,9 @@ ROS2 ?= .venv-ros2
 BIN := $(VENV)/bin
 EMULATED := tests/firmware/test_emulat*.py
 PIP := $(BIN)/python -m pip --disable-pip-version-check
-NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
+# On a terminal pip shows what it does: the two steps take half a minute.
+QUIET := $$([ -t 2 ] || echo --quiet)
+NATIVE := firmware/pyproject.toml $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
             -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
 
@@ -37,23 +41,24 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist bench docs laws soak page-soak mutants ros2 generate clean
+.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist release-check arm-check bench docs laws soak page-soak mutants ros2 generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
 	@$(PYTHON) -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.exit(sys.version_info < (3, 11) and "bioscara needs Python 3.11 or newer; $(PYTHON) is " + v + ": make PYTHON=/path/to/python3.11")'
+	@echo "1 of 3: creating the environment $(VENV)"
 	@$(PYTHON) -m venv $(if $(MOVED),--clear) $(VENV) || { echo "cannot create $(VENV): on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
 	@(cd $(VENV) && pwd -P) >$@
 
 $(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
 	@command -v c++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }
-	@echo "building the firmware for the simulated arm"
-	@$(PIP) install --quiet -c constraints.txt ./firmware/sim
+	@echo "2 of 3: compiling the firmware for the simulated arm"
+	@$(PIP) install $(QUIET) -c constraints.txt ./firmware
 	@touch $@
 
 $(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
-	@echo "installing bioscara"
-	@$(PIP) install --quiet -c constraints.txt -e '.[plot,web]'
+	@echo "3 of 3: installing bioscara and the packages that it needs"
+	@$(PIP) install $(QUIET) -c constraints.txt -e '.[plot,web]'
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt
@@ -91,6 +96,8 @@ test-all: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
 	$(PYTEST) -m 'thorough and not realtime' tests || status=1; \
 	$(PYTEST) -m '(ros or browser) and not path' tests || status=1; \
 	$(MAKE) --no-print-directory firmware-check || status=1; \
+	$(MAKE) --no-print-directory release-check || status=1; \
+	$(MAKE) --no-print-directory arm-check || status=1; \
 	cat $$BIOSCARA_FAILED; exit $$status
 
 # Of the functions of the page that compute and touch nothing else.
@@ -155,13 +162,18 @@ firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
 	@$(BIN)/python -m pytest -q -n auto --dist worksteal $(EMULATED)
 
-dist: $(VENV)/.dev firmware
-	@rm -rf dist
-	@$(PIP) install --quiet -c constraints.txt hatchling
-	@$(BIN)/python -m hatchling build -d dist
-	@version=$$($(BIN)/python -c 'import bioscara; print(bioscara.__version__)') && for joint in 1 2 3 4; do \
-	    cp firmware/build/j$$joint.bin dist/bioscara-$$version-j$$joint.bin || exit 1; done
-	@cd dist && sha256sum -- * >SHA256SUMS && cat SHA256SUMS
+$(VENV)/.release: $(VENV)/.dev
+	@$(PIP) install --quiet -c constraints.txt build twine check-wheel-contents abi3audit
+	@touch $@
+
+dist: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.release dist
+
+release-check: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.release_check
+
+arm-check: $(VENV)/.release firmware
+	@$(BIN)/python -m tools.arm_check
 
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
@@ -189,7 +201,7 @@ $(ROS2)/.ros2: $(INTERFACES) pyproject.toml constraints.txt
 	@echo "building the interface packages"
 	@$(ROS2_PIP) install --quiet --no-deps --no-build-isolation ./interfaces
 	@echo "building the firmware for the simulated arm"
-	@$(ROS2_PIP) install --quiet -c $(ROS2)/constraints.txt ./firmware/sim
+	@$(ROS2_PIP) install --quiet -c $(ROS2)/constraints.txt ./firmware
 	@touch $@
 
 ros2: $(ROS2)/.ros2

@@ -21,7 +21,14 @@ SHARE = 0.2
 MICROSTEPS = 200 * 256
 """Microsteps per turn of the motor."""
 
-parameters = {each.name: each for each in own_parameters().joints}[NAME]
+joints = {each.name: each for each in own_parameters().joints}
+if NAME not in joints:
+    bus = NAME if ":" in NAME else "linux:1"
+    sys.exit(
+        f"there is no joint {NAME!r}; give one of {', '.join(joints)}, then the bus: "
+        f"python {sys.argv[0]} j1 {bus}"
+    )
+parameters = joints[NAME]
 distance, unit = DISTANCE[parameters.unit], parameters.unit
 steps = round(distance * parameters.reduction / (2 * math.pi) * MICROSTEPS)
 if sys.argv[2:]:

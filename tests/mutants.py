@@ -95,7 +95,7 @@ def _build(tree: Path) -> None:
     subprocess.run(
         [
             *(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--upgrade"),
-            *("--target", str(tree / "native"), str(tree / "firmware/sim")),
+            *("--target", str(tree / "native"), str(tree / "firmware")),
         ],
         check=True,
     )

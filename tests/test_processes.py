@@ -115,7 +115,7 @@ def test_a_forked_program_ends_by_a_signal(number: signal.Signals) -> None:
         _, errors = process.communicate(timeout=LIMIT)
     assert process.returncode == -number
     assert errors.endswith("KeyboardInterrupt\n" if number == signal.SIGINT else "")
-    assert "warm_python" not in errors
+    assert "warm_python.py" not in errors
 
 
 @pytest.mark.parametrize(

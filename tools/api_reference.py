@@ -66,6 +66,10 @@ def schema() -> str:
     (client, owner), definitions = msgspec.json.schema_components(
         roots, ref_template="#/$defs/{name}"
     )
+    for definition in definitions.values():
+        # Python 3.13 removes the indentation of docstrings, those before do not.
+        if "description" in definition:
+            definition["description"] = inspect.cleandoc(definition["description"])
     whole = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"Messages of an owner, version {messages.VERSION}",

@@ -30,12 +30,27 @@ def files(geometry: GeometryParameters) -> dict[str, bytes]:
     links = drawing(geometry)
     out = {"links.yaml": _properties(links).encode()}
     for link in links:
-        for finish, printed in zip(FINISHES, (True, False), strict=True):
-            solids = tuple(part.solid for part in link.parts if part.printed is printed)
-            out[f"meshes/visual/{link.name}_{finish}.stl"] = stl(solids)
+        for finish in FINISHES:
+            out[f"meshes/{_seen(link, finish)}"] = stl(
+                tuple(part.solid for part in _finished(link, finish))
+            )
         for name, part in _named(link):
             out[f"meshes/collision/{link.name}_{name}.stl"] = stl((part.solid,))
     return out
+
+
+def _finished(link: Link, finish: str) -> tuple[Part, ...]:
+    """Return the parts of a link with one of the :data:`FINISHES`."""
+    return tuple(part for part in link.parts if part.printed is (finish == FINISHES[0]))
+
+
+def _seen(link: Link, finish: str) -> str:
+    """Return the file in ``meshes/`` that draws a finish; of a single part, its collision mesh."""
+    drawn, *others = _finished(link, finish)
+    for name, part in _named(link):
+        if part is drawn and not others:
+            return f"collision/{link.name}_{name}.stl"
+    return f"visual/{link.name}_{finish}.stl"
 
 
 def _named(link: Link) -> Iterator[tuple[str, Part]]:
@@ -47,12 +62,13 @@ def _named(link: Link) -> Iterator[tuple[str, Part]]:
 
 def _properties(links: tuple[Link, ...]) -> str:
     lines = [
-        "# Generated from the drawing (bioscara.model.parts): the collision meshes of each link,",
+        "# Generated from the drawing (bioscara.model.parts): the meshes of each link,",
         "# and estimates of its mass: printed parts are shells of PLA, motors and rods are solid.",
         "# kg, m and kg m^2; inertias about the centre of mass.",
     ]
     for link in links:
         lines += _lines(link.name, weigh(moments(part) for part in link.parts))
+        lines += [f"  {finish}: {_seen(link, finish)}" for finish in FINISHES]
         lines.append(f"  collision: [{', '.join(name for name, _ in _named(link))}]")
     return "\n".join([*lines, ""])
 

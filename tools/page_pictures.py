@@ -91,7 +91,7 @@ def served() -> Iterator[RemoteRobot]:
         os.environ[VARIABLE] = folder
         words = ["serve", "--name", ARM, "--with", f"web --port {PORT}"]
         words += ["--evidence", folder, "--table", f"{folder}/poses.yaml"]
-        owner = subprocess.Popen(  # noqa: S603  our own
+        owner = subprocess.Popen(
             [sys.executable, "-m", "bioscara", *words],
             stdout=subprocess.DEVNULL,
             env={**os.environ, "STATE_DIRECTORY": folder},

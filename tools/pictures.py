@@ -53,12 +53,12 @@ def make_view(folder: Path) -> None:
     scene.write_text(SCENE)
     words = ["view", "--pose", *POSE, "--scene", str(scene), "--port", "0"]
     with (
-        subprocess.Popen(  # noqa: S603  our own
+        subprocess.Popen(
             [sys.executable, "-m", "bioscara", *words], stdout=subprocess.PIPE, text=True
         ) as view,
         sync_playwright() as playwright,
     ):
-        assert view.stdout is not None  # noqa: S101  as above
+        assert view.stdout is not None
         address = view.stdout.readline().partition(": ")[2].partition(" ")[0]
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
         for size, (width, height) in SIZES.items():

@@ -249,7 +249,7 @@ def _values(group: object, tags: Mapping[str, str], indent: str) -> list[str]:
 def _srdf() -> str:
     """Return the model's SRDF as that of the scene, which has a table."""
     source = SRDF.with_name(f"{SRDF.name}.xacro")
-    root = ET.fromstring(render(source, table="true"))  # noqa: S314  comes with the package
+    root = ET.fromstring(render(source, table="true"))
     root.set("name", "scene")
     body = ET.tostring(root, encoding="unicode")
     return f'<?xml version="1.0"?>\n<!-- {_GENERATED} -->\n{body}\n'
@@ -281,7 +281,7 @@ def _joint_limits(parameters: ArmParameters) -> str:
 
 
 def _parsed(path: Path) -> ET.Element:
-    return ET.parse(path).getroot()  # noqa: S314  comes with the package
+    return ET.parse(path).getroot()
 
 
 def write(folder: Path, *, check: bool = False) -> list[Path]:

@@ -26,7 +26,7 @@ ELSEWHERE = {
     "interfaces/README.md": "interfaces.md",
     "examples/first_move.py": "examples/first_move.py",
     "examples/move_plate.py": "examples/move_plate.py",
-    "examples/bioscara.service": "examples/bioscara.service",
+    "tools/iframe-worker/shim.js": "assets/iframe-worker.js",
     DECISIONS: "decisions/index.md",
 }
 """Documents outside of ``docs/``, and their places in the site. Other files are not linked."""

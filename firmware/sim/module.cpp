@@ -7,6 +7,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "../joint/src/core/version.h"
 #include "src/arm.h"
 #include "src/plant.h"
 
@@ -27,11 +28,11 @@ nb::list transfer(Arm& arm, nb::sequence transactions) {
   nb::list results;
   for (nb::handle item : transactions) {
     PyObject* parts = item.ptr();
-    if (!PyTuple_Check(parts) || PyTuple_GET_SIZE(parts) != 3)
+    if (!PyTuple_Check(parts) || PyTuple_Size(parts) != 3)
       throw nb::type_error("a transaction is (address, bytes, count)");
-    const auto address = nb::cast<int>(nb::handle(PyTuple_GET_ITEM(parts, 0)));
-    const auto written = nb::cast<nb::bytes>(nb::handle(PyTuple_GET_ITEM(parts, 1)));
-    const auto count = nb::cast<Py_ssize_t>(nb::handle(PyTuple_GET_ITEM(parts, 2)));
+    const auto address = nb::cast<int>(nb::handle(PyTuple_GetItem(parts, 0)));
+    const auto written = nb::cast<nb::bytes>(nb::handle(PyTuple_GetItem(parts, 1)));
+    const auto count = nb::cast<Py_ssize_t>(nb::handle(PyTuple_GetItem(parts, 2)));
     if (count < 0) throw nb::value_error("negative count of bytes to read");
     std::uint8_t read[kMost] = {};
     const auto asked = static_cast<std::size_t>(count < kMost ? count : kMost);
@@ -57,6 +58,8 @@ nb::list transfer(Arm& arm, nb::sequence transactions) {
 NB_MODULE(_native, module) {
   // Arms may live until the interpreter ends, and it would print each.
   nb::set_leak_warnings(false);
+  module.attr("__version__") = std::to_string(kFirmwareMajor) + "." + std::to_string(kFirmwareMinor) +
+                           "." + std::to_string(kFirmwarePatch);
   nb::class_<Arm>(module, "Arm")
       .def(
           "__init__",

@@ -19,9 +19,19 @@ def main() -> int:
     # The linear algebra of NumPy starts a thread for each further core, and each spins for 0.1 s,
     # also next to a control loop; the matrices here are too small for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    from bioscara.cli import main as command  # noqa: PLC0415
+    try:
+        from bioscara.cli import main as command  # noqa: PLC0415
 
-    return command()
+        return command()
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] == __package__:
+            raise
+        from bioscara.extras import pip_install  # noqa: PLC0415
+        from bioscara.version import __version__  # noqa: PLC0415
+
+        remedy = pip_install(f"bioscara=={__version__}")
+        sys.stderr.write(f"bioscara: {error.name} is missing, which it needs: {remedy}\n")
+        return 2
 
 
 if __name__ == "__main__":

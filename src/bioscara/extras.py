@@ -33,6 +33,6 @@ def install(extra: Extra) -> str:
     return pip_install(f"bioscara[{extra}]")
 
 
-def pip_install(what: str) -> str:
-    """Return the command that installs a package for the Python that runs."""
-    return shlex.join((sys.executable, "-m", "pip", "install", what))
+def pip_install(*what: str) -> str:
+    """Return the command that installs packages, with options of pip, for the Python that runs."""
+    return shlex.join((sys.executable, "-m", "pip", "install", *what))

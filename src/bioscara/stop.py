@@ -33,7 +33,7 @@ def main(words: Sequence[str]) -> int:
         sys.stderr.write(f"bioscara: {error}\n")
         return 2
     if not owners:
-        sys.stderr.write("bioscara: no arm is served, so none was stopped\n")
+        sys.stderr.write(f"bioscara: no arm is served, so none was stopped{runtime.unlisted()}\n")
         return 2
     # It is sent to all before the first answer is waited for.
     connections = [(owner, _send(owner)) for owner in owners]

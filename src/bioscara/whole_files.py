@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -46,6 +47,29 @@ def replacing(path: Path) -> Iterator[Path]:
         os.fsync(folder)
     finally:
         os.close(folder)
+
+
+@contextmanager
+def new_folder(path: Path) -> Iterator[Path]:
+    """Make a folder with all files that the block writes, or none.
+
+    Args:
+        path: The folder; it must be empty or not exist.
+
+    Yields:
+        Folder for the block to write to, beside it.
+
+    Raises:
+        OSError: It cannot be made, or is not empty.
+    """
+    goal = Path(os.path.realpath(path))
+    partial = goal.with_name(f".{goal.name}.{os.urandom(8).hex()}.new")
+    partial.mkdir(parents=True)
+    try:
+        yield partial
+        partial.rename(goal)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 class AppendedFile:

@@ -102,6 +102,7 @@ VALUES: dict[Any, st.SearchStrategy[Any]] = {
         st.integers(0, 9),
         NUMBER,
         st.tuples(st.builds(JointRecord, *[NUMBER] * 5, st.integers(0, 255), QUALITY, NUMBER)),
+        progress=NUMBER,
     ),
     dict[str, Any]: st.dictionaries(NAME, NUMBER | NAME | st.booleans() | st.none(), max_size=3),
     float: NUMBER,

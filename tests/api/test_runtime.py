@@ -105,6 +105,28 @@ def test_an_owner_is_found_while_it_holds_its_claim(folder: Path) -> None:
     OwnerClaim("left", "sim").close()
 
 
+def test_arms_of_services_are_found_too_and_their_names_are_taken(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    service = OwnerClaim("left", "linux:1")
+    with runtime_folder() as own:
+        monkeypatch.setattr(runtime, "SERVICES", folder)
+        monkeypatch.delenv(runtime.VARIABLE)
+        monkeypatch.setenv("XDG_RUNTIME_DIR", str(own))
+        assert find("left").socket == service.socket
+        with pytest.raises(BusyOwnerError, match=r"process \d+ on linux:1, a service"):
+            OwnerClaim("left", "sim")
+        mine = OwnerClaim("right", "sim")
+        assert [each.socket for each in owners()] == [service.socket, mine.socket]
+        monkeypatch.setattr(os, "access", lambda *_: False)
+        with pytest.raises(OwnerLostError, match="members of the group bioscara, after their"):
+            find("other")
+        monkeypatch.setenv(runtime.VARIABLE, str(own / "bioscara"))
+        assert [each.name for each in owners()] == ["right"]
+        mine.close()
+    service.close()
+
+
 def test_a_killed_owner_holds_nothing(folder: Path) -> None:
     with subprocess.Popen(
         [sys.executable, "-c", HOLDER, "left"],

@@ -41,6 +41,15 @@ from processes import environment
         ("record left", "there are start, info, recover, export, replay; an arm is named by --arm"),
         ("run a.csv --fit=3", "--fit takes no value"),
         ("move", "one of --pose X Y Z YAW, --joints J1 J2 J3 J4, --name NAME"),
+        ("move center", "nothing to do with 'center'; did you mean bioscara move --name center?"),
+        ("plan 'my pose'", "did you mean bioscara plan --name 'my pose'?"),
+        ("move 0.3 0.1 -1e-1 0", "did you mean --pose 0.3 0.1 -1e-1 0, of the tool, or --joints"),
+        ("move home", "nothing to do with 'home'; did you mean bioscara home?"),
+        ("move 0.3", "nothing to do with '0.3'; leave it out; see bioscara move --help"),
+        ("home j1 j2", "nothing to do with 'j1 j2'; did you mean bioscara home --joint j1 j2?"),
+        ("home --joint j7", "--joint is one of j1, j2, j3, j4: home these"),
+        ("gripper 60", "would be millimetres; did you mean bioscara gripper 0.06?"),
+        ("help mvoe", "there is no command 'mvoe'; did you mean move?"),
         ("move --name a --pose 1 2 3 4", "--pose and --name exclude one another"),
         ("move --pose 1 2 3", "--pose has too few values; give --pose X Y Z YAW: goal pose"),
         (
@@ -188,6 +197,11 @@ def test_the_simulated_arm_is_the_default() -> None:
 
 def test_the_version_is_printed(said: Said) -> None:
     assert __version__ in said.output("--version")
+
+
+def test_help_is_also_a_word(said: Said) -> None:
+    for word, option in (("help", "--help"), ("help poses save", "poses save --help")):
+        assert said.output(word) == said.output(option)
 
 
 def test_no_help_imports_anything_heavy() -> None:

@@ -21,6 +21,7 @@ from bioscara.kinematics import Joints, Pose, batch
 from bioscara.model import load_parameters
 from bioscara.robot import kinematics_of
 from bioscara.sim import SimulatedServo
+from processes import environment
 from simulated import NearArm
 
 ARM = load_parameters()
@@ -139,6 +140,15 @@ def test_one_joint_turns_a_joint_of_a_served_arm(
     said, _ = example.communicate(timeout=60)
     assert example.returncode == 0
     assert said.count("j4 moves by") == 2
+
+
+def test_one_joint_refuses_a_bus_without_a_joint() -> None:
+    command = [sys.executable, str(FOLDER / "one_joint.py"), "linux:1"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment(), check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    wanted = "there is no joint 'linux:1'; give one of j1, j2, j3, j4, then the bus: python "
+    assert done.stderr.startswith(wanted)
+    assert done.stderr.endswith("one_joint.py j1 linux:1\n")
 
 
 def test_the_rectangle_passes_its_corners_in_order_without_a_stop(watch: Watch) -> None:

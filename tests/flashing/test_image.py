@@ -13,7 +13,7 @@ import pytest
 import bioscara
 from bioscara.errors import ImageError
 from bioscara.flashing import JOINTS, Image, image as image_file, prebuilt, read_image
-from bioscara.flashing.image import FLASH_SIZE
+from bioscara.flashing.image import FLASH_SIZE, PACKAGED
 from flashing.images import image, sealed
 
 FIRMWARE = Path(__file__).parents[2] / "firmware/joint"
@@ -107,17 +107,22 @@ def test_images_of_the_firmware_build_are_whole() -> None:
     Image.from_bytes("j3.bin", built).require(3)
 
 
-def test_a_release_has_the_images_under_the_expected_names(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("place", ["checkout", "wheel", "download"])
+def test_images_are_found_where_they_are_built_installed_and_downloaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
-    (named,) = re.findall(
-        r"dist/(bioscara-\S+\.bin)", (FIRMWARE.parents[1] / "Makefile").read_text()
-    )
-    name = named.replace("$$version", bioscara.__version__).replace("$$joint", "3")
-    monkeypatch.setattr(image_file, "__file__", str(tmp_path / "src/bioscara/flashing/image.py"))
+    module = tmp_path / "src/bioscara/flashing/image.py"
+    monkeypatch.setattr(image_file, "__file__", str(module))
+    monkeypatch.setattr(image_file, "PACKAGED", module.parent / PACKAGED.name)
     monkeypatch.chdir(tmp_path)
-    Path(name).write_bytes(image(3))
-    assert prebuilt(3) == Path(name)
+    path = {
+        "checkout": tmp_path / "firmware/build/j3.bin",
+        "wheel": module.parent / "images/j3.bin",
+        "download": Path(f"bioscara-{bioscara.__version__}-j3.bin"),
+    }[place]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(image(3))
+    assert prebuilt(3) == path
 
 
 def test_firmware_and_host_of_one_checkout_have_one_version() -> None:

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from tools.meshes import FINISHES, read_stl, triangles
+from tools.meshes import read_stl, triangles
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
 from bioscara.model.parts import drawing
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
+from visual_meshes import visual_meshes
 
 PARAMETERS = load_parameters()
 SHAPE = PARAMETERS.geometry
@@ -173,10 +174,7 @@ def test_disabled_pairs_never_touch_and_all_others_are_checked(pin: Any, share: 
 
 def test_collision_and_visual_meshes_have_the_same_triangles() -> None:
     for link in drawing(SHAPE):
-        seen = [
-            read_stl((DESCRIPTION / f"meshes/visual/{link.name}_{finish}.stl").read_bytes())
-            for finish in FINISHES
-        ]
+        seen = [read_stl(path.read_bytes()) for path in visual_meshes(link.name)]
         touched = [
             read_stl(path.read_bytes())
             for path in DESCRIPTION.glob(f"meshes/collision/{link.name}_*.stl")

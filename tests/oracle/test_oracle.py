@@ -16,6 +16,7 @@ from bioscara.model.urdf import DESCRIPTION, URDF
 from oracle.oracle import HAND, JOINED, LINKS, Oracle, load, solids
 from oracle.plant import CARRYING, ELBOW, LOWER, UPPER
 from oracle.solids import bulge, solid, split, volume
+from visual_meshes import visual_meshes
 
 JAWS = load_parameters().gripper
 HOME = (-3.04568, 0.33792, 2.62565, 3.00842)
@@ -29,10 +30,8 @@ def test_the_meshes_come_apart_into_the_convex_parts_of_the_drawing() -> None:
     for name, link in drawn.items():
         surfaces = [
             surface
-            for finish in ("printed", "metal")
-            for surface in split(
-                read_stl((DESCRIPTION / f"meshes/visual/{name}_{finish}.stl").read_bytes())
-            )
+            for path in visual_meshes(name)
+            for surface in split(read_stl(path.read_bytes()))
         ]
         assert len(surfaces) == len(link.parts)
         assert max(bulge(surface) for surface in surfaces) < 5e-6
@@ -41,7 +40,7 @@ def test_the_meshes_come_apart_into_the_convex_parts_of_the_drawing() -> None:
 
 
 def test_a_mesh_that_is_open_is_refused() -> None:
-    mesh = read_stl((DESCRIPTION / "meshes/visual/link_4_printed.stl").read_bytes())
+    mesh = read_stl((DESCRIPTION / "meshes/visual/link_3_printed.stl").read_bytes())
     with pytest.raises(ValueError, match="closed"):
         split(mesh[:-1])
 

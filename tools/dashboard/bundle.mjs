@@ -1,4 +1,5 @@
-// Make page/vendor: three.js as one tree-shaken module, uPlot as it is published but minified, and VENDORED.md.
+// Make page/vendor: three.js as one tree-shaken module, uPlot as it is published but minified, VENDORED.md, and the
+// software bill of materials (SBOM) of the wheel.
 //
 // `npm run bundle` writes them; `npm run bundle -- --check` compares, and fails where they differ. The same
 // package-lock.json gives the same bytes. Only maintainers need this: the page's files are committed.
@@ -58,8 +59,16 @@ async function bundled(name, entry) {
     charset: "utf8",
     plugins: [shorterShaders],
   });
+  return withLicence(name, outputFiles[0].text);
+}
+
+/**
+ * @param {string} name
+ * @param {string} text
+ */
+function withLicence(name, text) {
   const { version, license, homepage } = packageOf(name);
-  return `/*! ${name} ${version} | ${license} licence, see VENDORED.md | ${homepage} */\n${outputFiles[0].text}`;
+  return `/*! ${name} ${version} | ${license} licence, see VENDORED.md | ${homepage} */\n${text}`;
 }
 
 /** @param {string} name */
@@ -92,14 +101,47 @@ ${rows.join("\n")}
 ${licences.join("")}`;
 }
 
+/**
+ * Return the SBOM as CycloneDX: the packages that the wheel carries. Those that pip installs are in its metadata.
+ *
+ * @param {string[]} names Packages.
+ */
+function billOfMaterials(names) {
+  const components = names.map((name) => {
+    const { version, license, homepage } = packageOf(name);
+    const purl = `pkg:npm/${name}@${version}`;
+    return {
+      type: "library",
+      "bom-ref": purl,
+      name,
+      version,
+      licenses: [{ license: { id: license } }],
+      purl,
+      externalReferences: [{ type: "website", url: homepage }],
+    };
+  });
+  const subject = { type: "application", "bom-ref": "pkg:pypi/bioscara", name: "bioscara", purl: "pkg:pypi/bioscara" };
+  const bill = {
+    $schema: "http://cyclonedx.org/schema/bom-1.6.schema.json",
+    bomFormat: "CycloneDX",
+    specVersion: "1.6",
+    version: 1,
+    metadata: { component: subject },
+    components,
+    dependencies: [{ ref: subject["bom-ref"], dependsOn: components.map(({ purl }) => purl) }],
+  };
+  return `${JSON.stringify(bill, null, 2)}\n`;
+}
+
 const files = {
   "three.js": await bundled("three", join(HERE, "three_entry.js")),
-  "uplot.css": readFileSync(join(MODULES, "uplot/dist/uPlot.min.css"), "utf8"),
+  "uplot.css": withLicence("uplot", readFileSync(join(MODULES, "uplot/dist/uPlot.min.css"), "utf8")),
   "uplot.js": await bundled("uplot", join(MODULES, "uplot/dist/uPlot.esm.js")),
 };
 const all = {
   ...files,
   "VENDORED.md": listed(files),
+  "bioscara.cdx.json": billOfMaterials(["three", "uplot"]),
   // Types for the modules of the page; the paths of tsconfig.json lead them to the packages.
   "three.d.ts": readFileSync(join(HERE, "three_entry.js"), "utf8"),
   "uplot.d.ts": 'export { default } from "uplot";\n',

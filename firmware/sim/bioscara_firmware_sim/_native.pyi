@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from typing import overload
 
+__version__: str
+"""Version of the firmware: major.minor.patch."""
+
 class Arm:
     """Four joints on one bus, in virtual time; made from another one in the same state as that."""
 

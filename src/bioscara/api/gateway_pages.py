@@ -11,7 +11,7 @@ import re
 import time
 from contextlib import suppress
 
-from bioscara.api.runtime import folder, lock_file, locked_content, require_name
+from bioscara.api.runtime import folder, folders, lock_file, locked_content, require_name
 
 _STALE = 60.0
 """Age of a file without a lock from which it is removed [s]."""
@@ -52,7 +52,8 @@ def page_of(arm: str) -> str | None:
         arm: Name of the owner.
     """
     with suppress(OSError):
-        for path in sorted(folder().glob(f"{require_name(arm)}.*.page")):
+        pattern = f"{require_name(arm)}.*.page"
+        for path in [each for place in folders() for each in sorted(place.glob(pattern))]:
             content = locked_content(path)
             url = None if content is None else content.get("url")
             if isinstance(url, str) and _URL.fullmatch(url):

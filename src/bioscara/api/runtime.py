@@ -29,6 +29,8 @@ from bioscara.forking import in_child
 
 VARIABLE = "BIOSCARA_RUNTIME"
 """Environment variable that names another folder for the sockets."""
+SERVICES = Path("/run/bioscara")
+"""Folder of the sockets of the system's services, which root has made."""
 DEFAULT = "arm"
 """Name of an owner unless another one is given."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
@@ -69,13 +71,34 @@ def folder() -> Path:
     if runtime := os.environ.get("XDG_RUNTIME_DIR"):
         return Path(runtime) / "bioscara"
     if os.getuid() == 0:
-        return Path("/run/bioscara")
+        return SERVICES
     path = Path(f"/tmp/bioscara-{os.getuid()}")  # noqa: S108  its owner is checked
     with suppress(FileNotFoundError):
         # Anyone may make it there, and would be taken for the owner of the arm.
         if path.lstat().st_uid != os.getuid():
             raise AccessError(f"{path} belongs to another user; set {VARIABLE} to an own folder")
     return path
+
+
+def folders() -> tuple[Path, ...]:
+    """Return the folders in which owners are looked for: that of this user, and the services'.
+
+    Raises:
+        AccessError: The first one belongs to another user.
+    """
+    own = folder()
+    return (own,) if own == SERVICES or os.environ.get(VARIABLE) else (own, SERVICES)
+
+
+def unlisted() -> str:
+    """Return in words that there may be arms that this user cannot find; empty if there are none.
+
+    Raises:
+        AccessError: The folder of this user belongs to another one.
+    """
+    if SERVICES not in folders()[1:] or not SERVICES.is_dir() or os.access(SERVICES, os.R_OK):
+        return ""
+    return f"; those of {SERVICES} are for members of the group bioscara, after their next login"
 
 
 def is_name(name: str) -> bool:
@@ -113,42 +136,42 @@ def socket_of(name: str) -> Path:
 
 
 def owners() -> list[OwnerEntry]:
-    """Return the running owners, by name.
+    """Return the running owners, by name; of those of services, the ones that this user may use.
 
     Raises:
         AccessError: The folder belongs to another user, or this one may not list it.
     """
-    path = folder()
+    own, *services = folders()
     try:
-        # Not by glob, to which a folder that may not be listed is an empty one.
-        locks = sorted(path / name for name in os.listdir(path) if name.endswith(".lock"))
+        entries = _entries(own)
     except PermissionError as error:
         raise AccessError(
-            f"{path} cannot be listed, so it is unknown which arms are served: {error.strerror}; "
+            f"{own} cannot be listed, so it is unknown which arms are served: {error.strerror}; "
             f"join the group of their owner, or set {VARIABLE} to another folder"
         ) from error
-    except OSError:
-        return []
-    entries = [_entry(lock) for lock in locks if is_name(lock.stem)]
-    return [entry for entry in entries if entry is not None]
+    for path in services:
+        with suppress(PermissionError):
+            entries += _entries(path)
+    return sorted(entries)
 
 
 def find(name: str) -> OwnerEntry:
-    """Return the running owner of an arm.
+    """Return the running owner of an arm: that of this user, else that of a service.
 
     Raises:
         InvalidArgumentError: The name cannot be used.
         OwnerLostError: No owner of that name runs, or this user may not find it.
     """
-    entry = _entry(socket_of(name).with_suffix(".lock"))
-    if entry is not None:
-        return entry
+    lock = socket_of(name).with_suffix(".lock")
+    for path in folders():
+        if entry := _entry(path / lock.name):
+            return entry
     try:
         running = [each.name for each in owners()]
     except AccessError as error:
         raise OwnerLostError(f"no owner of arm {name} was found: {error}") from error
     hint = f"there are {', '.join(running)}" if running else "bioscara serve starts one"
-    raise OwnerLostError(f"no owner of arm {name} runs; {hint}")
+    raise OwnerLostError(f"no owner of arm {name} runs; {hint}{unlisted()}")
 
 
 class OwnerClaim:
@@ -260,14 +283,15 @@ class OwnerClaim:
             return True
 
     def _take(self) -> int:
+        for path in folders()[1:]:
+            if entry := _entry(path / self._path.name):
+                raise _taken(entry.name, f"process {entry.pid} on {entry.bus}, a service")
         _make_folder(self._path.parent)
         lock = lock_file(self._path, {"pid": os.getpid(), "bus": self._bus})
         if lock is None:
             entry = _entry(self._path)
             other = f"process {entry.pid} on {entry.bus}" if entry else "another process"
-            raise BusyOwnerError(
-                f"arm {self._name} has an owner, {other}; give another --name, or end that one"
-            )
+            raise _taken(self._name, other)
         return lock
 
 
@@ -308,6 +332,27 @@ def locked_content(path: Path) -> dict[str, object] | None:
         return None
     finally:
         os.close(file)
+
+
+def _taken(name: str, other: str) -> BusyOwnerError:
+    return BusyOwnerError(f"arm {name} has an owner, {other}; give another --name, or end that one")
+
+
+def _entries(path: Path) -> list[OwnerEntry]:
+    """Return the owners of a folder.
+
+    Raises:
+        PermissionError: This user may not list it.
+    """
+    try:
+        # Not by glob, to which a folder that may not be listed is an empty one.
+        locks = [path / name for name in os.listdir(path) if name.endswith(".lock")]
+    except PermissionError:
+        raise
+    except OSError:
+        return []
+    entries = [_entry(lock) for lock in locks if is_name(lock.stem)]
+    return [entry for entry in entries if entry is not None]
 
 
 def _make_folder(path: Path) -> None:

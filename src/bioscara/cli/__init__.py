@@ -6,7 +6,8 @@ actions share ``opened_arm``, which opens the named arm, ``motion``, which moves
 display, ``job`` and ``sequence``, which carry a file out, ``target``, which plans the motions of
 ``plan`` and ``move``, ``teach_table`` with the poses of ``--table``, ``owner_link`` to a served
 arm, ``signals``, ``terminal`` for jogging by keys and for looking at an arm, ``watch``, which shows
-the demonstration in the browser, and ``output`` for all that is shown and written.
+the demonstration in the browser, ``completion`` of words by the shell, and ``output`` for all that
+is shown and written.
 """
 
 from __future__ import annotations
@@ -32,6 +33,11 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
     if sys.stdout is None:
         # Closed by the parent process, as in `bioscara demo >&-`: there is no reader.
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
+    if arguments is None and "_ARGCOMPLETE" in os.environ:
+        # Imported here: only a shell that completes a command needs it.
+        from bioscara.cli.completion import complete  # noqa: PLC0415
+
+        complete()
     options, output = parse(arguments), Output()
     options.paced = paced
     try:

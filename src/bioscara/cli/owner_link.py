@@ -30,7 +30,9 @@ def owner_name(options: Options) -> str:
         return name
     running = [owner.name for owner in runtime.owners()]
     if not running:
-        raise OwnerLostError("no arm is served; bioscara serve starts an owner")
+        raise OwnerLostError(
+            f"no arm is served; bioscara serve starts an owner{runtime.unlisted()}"
+        )
     if len(running) > 1:
         raise InvalidArgumentError(
             f"there are the arms {', '.join(running)}; choose one with --arm NAME"

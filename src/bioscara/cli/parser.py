@@ -20,8 +20,14 @@ EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
     "2 wrong usage, or refused before that; 130 interrupted."
 )
+HELP = "help"
+"""First word that is the same as ``--help`` at the end."""
 _RENAMED = {"--speed": ("velocity-scaling", "real-time-factor")}
 """Options that had another name, a factor of two kinds."""
+
+
+Run = Callable[["Options", Output], ExitStatus | None]
+"""Carries a command out."""
 
 
 class Options(argparse.Namespace):
@@ -42,7 +48,7 @@ class Options(argparse.Namespace):
     """
 
     command: str
-    run: Callable[[Options, Output], ExitStatus | None]
+    run: Run
     words: Sequence[str] = ()
     paced: bool = True
     bus: str = "sim"
@@ -72,12 +78,15 @@ class Parser(argparse.ArgumentParser):
     Attributes:
         commands: The parsers of the commands, by name.
         checks: Complete the options of the command, and refuse those that exclude one another.
+        explain: Return what stray words were meant to be, with the parsed options; or an empty
+            text.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
         self.commands: dict[str, Parser] = {}
         self.checks: list[Callable[[Parser, Options], None]] = []
+        self.explain: Callable[[Options, Sequence[str]], str] = lambda *_: ""
         self._dest = self._default = ""
         self._left: tuple[str, str, str] | None = None
 
@@ -128,7 +137,7 @@ class Parser(argparse.ArgumentParser):
         """
         parsed, left = super().parse_known_args(args, namespace)
         if left:
-            self._refuse_words(left)
+            self._refuse_words(left, parsed)
         return parsed, left
 
     def completed(self, words: list[str]) -> list[str]:
@@ -166,7 +175,8 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print one line and end the program with status 2."""
         refused = sys.exc_info()[1]
-        if isinstance(refused, argparse.ArgumentError):
+        # Of Python 3.13, also of what is missing, without a name.
+        if isinstance(refused, argparse.ArgumentError) and refused.argument_name is not None:
             message = self._explained(refused)
         for prefix, explain in (
             ("the following arguments are required: ", self._missing),
@@ -191,11 +201,13 @@ class Parser(argparse.ArgumentParser):
         hint = near.replace("mean ", "mean --") or others
         self.error(f"{self._name} has no option {word}; {hint}")
 
-    def _refuse_words(self, words: Sequence[str]) -> NoReturn:
+    def _refuse_words(self, words: Sequence[str], options: Options) -> NoReturn:
         """Refuse words for which there is no argument."""
-        text = " ".join(words).strip()
-        remedy = self.as_arm(text) or "leave it out"
-        self.error(f"there is nothing to do with {text!r}; {remedy}")
+        words = [word.strip() for word in words]
+        text = " ".join(words)
+        meant = self.explain(options, words) or (f"bioscara {text}" if text in COMMANDS else "")
+        hint = f"did you mean {meant}?" if meant else self.as_arm(text) or "leave it out"
+        self.error(f"there is nothing to do with {text!r}; {hint}")
 
     def _refuse_command(self, word: str) -> NoReturn:
         others = f"there are {', '.join(self.commands)}"
@@ -260,7 +272,21 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
         arguments: The arguments after ``bioscara``; those of the process by default.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if words[:1] == [HELP]:
+        words = [*[word for word in words if word != HELP], "--help"]
     options = Options(words=words)
+    parser, run = parser_for(words[0] if words else "")
+    if run is not None:
+        options.run = run
+    parser.read(words, options)
+    return options
+
+
+def parser_for(command: str) -> tuple[Parser, Run | None]:
+    """Return the parser with the arguments of a command, and what carries it out, if there is one.
+
+    Those of the other commands are left out, so that their modules are not imported.
+    """
     parser = Parser(
         prog="bioscara", description="Move a Bioscara arm, simulated or real.", epilog=EPILOG
     )
@@ -268,13 +294,11 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     parser.take_commands("command", "COMMAND")
     for name, (_, help_text) in COMMANDS.items():
         parser.add_command(name, help_text)
-    called = words[0] if words else ""
-    if called in COMMANDS:
-        module = importlib.import_module(f"bioscara.cli.commands.{COMMANDS[called][0]}")
-        module.arguments(parser.commands[called])
-        options.run = module.run
-    parser.read(words, options)
-    return options
+    if command not in COMMANDS:
+        return parser, None
+    module = importlib.import_module(f"bioscara.cli.commands.{COMMANDS[command][0]}")
+    module.arguments(parser.commands[command])
+    return parser, module.run
 
 
 def number(word: str) -> float:

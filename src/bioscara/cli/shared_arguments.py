@@ -5,11 +5,15 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from bioscara.arguments import OVERLAY_VARIABLE
+from bioscara.cli.commands import COMMANDS
 from bioscara.cli.parser import Options, Parser, number, whole_number
 
 ARM_VARIABLE = "BIOSCARA_ARM"
@@ -146,11 +150,42 @@ def share(parser: argparse._ActionsContainer, *names: str, **changes: Any) -> No
 
 def share_target(parser: Parser, *, required: bool = True) -> None:
     """Add the arguments for target and type of motion."""
-    target = parser.add_mutually_exclusive_group(required=required)
+    target = parser.add_mutually_exclusive_group()
     share(target, "--pose", help="goal pose of the tool in the base [m m m rad]")
     share(target, "--joints", help="goal positions of the joints [rad m rad rad]")
     target.add_argument("--name", metavar="NAME", default="", help="name of a saved pose")
     share(parser, "--table", "--tool", "--linear", "--via", "--velocity-scaling")
+    if required:
+        parser.explain = partial(_as_target, parser.prog)
+        # argparse would refuse a missing target before it finds a word that is meant as one.
+        parser.checks.insert(0, _require_target)
+
+
+def _as_target(command: str, options: Options, words: Sequence[str]) -> str:
+    """Return the words of a target that was given without its option."""
+    if _has_target(options):
+        return ""
+    if len(words) == len(POSE) and all(map(_is_number, words)):
+        numbers = " ".join(words)
+        return f"--pose {numbers}, of the tool, or --joints {numbers}"
+    one = len(words) == 1 and not _is_number(words[0]) and words[0] not in COMMANDS
+    return f"{command} --name {shlex.quote(words[0])}" if one else ""
+
+
+def _has_target(options: Options) -> bool:
+    return options.pose is not None or options.joints is not None or bool(options.name)
+
+
+def _is_number(word: str) -> bool:
+    with suppress(argparse.ArgumentTypeError):
+        number(word)
+        return True
+    return False
+
+
+def _require_target(parser: Parser, options: Options) -> None:
+    if not _has_target(options):
+        parser.error("one of the arguments --pose --joints --name is required")
 
 
 def share_taught(parser: Parser) -> None:

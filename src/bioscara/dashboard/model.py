@@ -9,11 +9,10 @@ import msgspec
 from bioscara.hardware import Urdf
 from bioscara.hardware.urdf_joints import Place, UrdfJoint, origin_of, tree_of
 from bioscara.model import ArmParameters
-from bioscara.model.urdf import DESCRIPTION, URDF, urdf_of
+from bioscara.model.urdf import URDF, mesh_file, urdf_of
 
 BASE, TOOL = "base_link", "tool"
 """Links whose frames are the frame of the scene and the pose of the tool."""
-_MESHES = DESCRIPTION / "meshes" / "visual"
 
 
 class Visual(msgspec.Struct, frozen=True):
@@ -85,8 +84,11 @@ def model_of(parameters: ArmParameters) -> ArmModel:
 
 
 def meshes() -> dict[str, bytes]:
-    """Return the meshes of the package as binary STL [m], by the names of their files."""
-    return {path.name: path.read_bytes() for path in sorted(_MESHES.glob("*.stl"))}
+    """Return the meshes that are seen, as binary STL [m], by the names of their files."""
+    urdf = Urdf(URDF.read_text(encoding="utf-8"), URDF.name)
+    tags = urdf.root.iterfind("link/visual/geometry/mesh")
+    files = map(mesh_file, sorted(urdf.attribute(tag, "filename") for tag in tags))
+    return {path.name: path.read_bytes() for path in files}
 
 
 def _color(text: str) -> tuple[float, float, float]:

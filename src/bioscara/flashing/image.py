@@ -27,6 +27,9 @@ JOINTS = (1, 2, 3, 4)
 FLASH_SIZE = 256 * 1024
 """Flash size of the STM32F401RC [bytes], from its data sheet."""
 
+PACKAGED = Path(__file__).parent / "images"
+"""Folder of the images that the wheel of a release has."""
+
 _OFFSET = 0x200
 _IDENTITY = struct.Struct("<8sBBBBB3xII")
 _MAGIC = b"BIOSCARA"
@@ -136,15 +139,20 @@ def read_image(path: Path | str) -> Image:
     return Image.from_bytes(str(path), content)
 
 
+def released_name(joint: int) -> str:
+    """Return the name under which a release has the image of a joint."""
+    return f"bioscara-{__version__}-j{joint}.bin"
+
+
 def prebuilt(joint: int) -> Path:
-    """Return the available image of this version: built in this checkout, or downloaded.
+    """Return the available image of this version: built in this checkout, released, or downloaded.
 
     Raises:
         ImageError: There is none; the message states where to get one.
     """
-    built = Path(__file__).parents[3] / "firmware" / "build" / f"j{joint}.bin"
-    released = Path(f"bioscara-{__version__}-j{joint}.bin")  # As `make dist` names it.
-    for path in (built, released):
+    name = f"j{joint}.bin"
+    built, released = Path(__file__).parents[3] / "firmware" / "build", Path(released_name(joint))
+    for path in (built / name, PACKAGED / name, released):
         if path.is_file():
             return path
     raise ImageError(

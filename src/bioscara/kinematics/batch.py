@@ -12,10 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics.elementary import Array, arccos, arctan2, sin_cos
 from bioscara.kinematics.pose import TURN
 from bioscara.kinematics.scara import LIMIT_ROUNDING, STRETCH_ROUNDING, Scara
-
-Array = npt.NDArray[np.float64]
 
 _BLOCK = 8192
 """Poses processed at once, so that intermediate results stay in the cache."""
@@ -36,9 +35,9 @@ def forward(kinematics: Scara, joints: npt.ArrayLike) -> Array:
     tx, ty, tz, tyaw = kinematics.tool
     q1, q13 = q[..., 0], q[..., 0] + q[..., 2]
     yaw = q13 + q[..., 3]
-    c, s = np.cos(yaw), np.sin(yaw)
-    x = l1 * np.cos(q1) + l2 * np.cos(q13) + c * tx - s * ty
-    y = l1 * np.sin(q1) + l2 * np.sin(q13) + s * tx + c * ty
+    (s, c), (s1, c1), (s13, c13) = sin_cos(yaw), sin_cos(q1), sin_cos(q13)
+    x = l1 * c1 + l2 * c13 + c * tx - s * ty
+    y = l1 * s1 + l2 * s13 + s * tx + c * ty
     bx, by, bz, byaw = kinematics.base
     cb, sb = math.cos(byaw), math.sin(byaw)
     return np.stack(
@@ -85,7 +84,7 @@ def _inverse_block(kinematics: Scara, poses: Array, result: Array) -> None:
     place_x, place_y, place_z, yaw = poses.T
     turn = yaw + (to_base.yaw - tyaw)
     cb, sb = math.cos(to_base.yaw), math.sin(to_base.yaw)
-    c, s = np.cos(turn), np.sin(turn)
+    s, c = sin_cos(turn)
     x = to_base.x + cb * place_x - sb * place_y - c * tx + s * ty
     y = to_base.y + sb * place_x + cb * place_y - s * tx - c * ty
     cosine = (x * x + y * y - (l1 * l1 + l2 * l2)) / (2.0 * l1 * l2)
@@ -96,9 +95,9 @@ def _inverse_block(kinematics: Scara, poses: Array, result: Array) -> None:
     # One NaN makes the whole solution NaN.
     cosine = cosine + 0.0 * q2
     q2 += 0.0 * cosine
-    q3 = np.arccos(cosine)
-    bearing = np.arctan2(y, x)
-    inside = np.arctan2(l2 * np.sqrt((1.0 - cosine) * (1.0 + cosine)), l1 + l2 * cosine)
+    q3 = arccos(cosine)
+    bearing = arctan2(y, x)
+    inside = arctan2(l2 * np.sqrt((1.0 - cosine) * (1.0 + cosine)), l1 + l2 * cosine)
     for branch, sign in enumerate((1.0, -1.0)):
         solution = result[:, branch]
         q1 = _wrap(bearing - sign * inside, kinematics, 0)
@@ -123,13 +122,13 @@ def jacobian(kinematics: Scara, joints: npt.ArrayLike) -> Array:
     q1 = q[..., 0] + kinematics.base.yaw
     q13 = q1 + q[..., 2]
     yaw = q13 + q[..., 3]
-    c, s = np.cos(yaw), np.sin(yaw)
+    (s, c), (s1, c1), (s13, c13) = sin_cos(yaw), sin_cos(q1), sin_cos(q13)
     result = np.zeros((*q.shape[:-1], 4, 4))
     result[..., 0, 3], result[..., 1, 3] = -s * tx - c * ty, c * tx - s * ty
-    result[..., 0, 2] = result[..., 0, 3] - l2 * np.sin(q13)
-    result[..., 1, 2] = result[..., 1, 3] + l2 * np.cos(q13)
-    result[..., 0, 0] = result[..., 0, 2] - l1 * np.sin(q1)
-    result[..., 1, 0] = result[..., 1, 2] + l1 * np.cos(q1)
+    result[..., 0, 2] = result[..., 0, 3] - l2 * s13
+    result[..., 1, 2] = result[..., 1, 3] + l2 * c13
+    result[..., 0, 0] = result[..., 0, 2] - l1 * s1
+    result[..., 1, 0] = result[..., 1, 2] + l1 * c1
     result[..., 2, 1] = 1.0
     result[..., 3, (0, 2, 3)] = 1.0
     return result
@@ -148,12 +147,12 @@ def tool_speeds(kinematics: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) 
     tx, ty, _, _ = kinematics.tool
     # In the forearm's frame: the speed does not depend on its orientation.
     q3, q4 = q[..., 2], q[..., 3]
-    c, s = np.cos(q4), np.sin(q4)
+    (s3, c3), (s, c) = sin_cos(q3), sin_cos(q4)
     r1 = l1 * v[..., 0]
     r13 = v[..., 0] + v[..., 2]
     r4 = r13 + v[..., 3]
-    along = r1 * np.sin(q3) - r4 * (tx * s + ty * c)
-    across = r1 * np.cos(q3) + l2 * r13 + r4 * (tx * c - ty * s)
+    along = r1 * s3 - r4 * (tx * s + ty * c)
+    across = r1 * c3 + l2 * r13 + r4 * (tx * c - ty * s)
     level = along * along + across * across
     if kinematics.overhang:
         level = (np.sqrt(level) + kinematics.overhang * np.abs(r4)) ** 2
@@ -176,18 +175,26 @@ def tool_motion(
     """
     q, v = _rows("joints", joints), _rows("rates", rates)
     a = _rows("accelerations", accelerations)
-    lengths = (
-        kinematics.geometry.upper_arm,
-        kinematics.geometry.forearm,
-        complex(kinematics.tool.x, kinematics.tool.y),
-    )
+    # Of upper arm, forearm and tool.
+    along = (kinematics.geometry.upper_arm, kinematics.geometry.forearm, kinematics.tool.x)
+    aside = (0.0, 0.0, kinematics.tool.y)
     angles, rates, gains = (np.cumsum(part[..., (0, 2, 3)], axis=-1) for part in (q, v, a))
-    links = lengths * np.exp(1j * (angles + kinematics.base.yaw))
-    across = (1j * rates * links).sum(axis=-1)
-    gained = ((1j * gains - rates**2) * links).sum(axis=-1)
+    s, c = sin_cos(angles + kinematics.base.yaw)
+    x, y = c * along - s * aside, s * along + c * aside
+    inward = rates * rates
     return (
-        np.stack((across.real, across.imag, v[..., 1], rates[..., 2]), axis=-1),
-        np.stack((gained.real, gained.imag, a[..., 1], gains[..., 2]), axis=-1),
+        np.stack(
+            (-(rates * y).sum(axis=-1), (rates * x).sum(axis=-1), v[..., 1], rates[..., 2]), axis=-1
+        ),
+        np.stack(
+            (
+                -(inward * x + gains * y).sum(axis=-1),
+                (gains * x - inward * y).sum(axis=-1),
+                a[..., 1],
+                gains[..., 2],
+            ),
+            axis=-1,
+        ),
     )
 
 

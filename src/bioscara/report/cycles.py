@@ -78,6 +78,7 @@ class CycleRecord(NamedTuple):
         retries: Number of repeated exchanges in this cycle.
         late: Delay of the begin of the cycle against its schedule [s].
         joints: One record per joint, in the order of the run's joint names.
+        progress: Share of the operation that is done, 0 to 1; NaN if that is unknown.
     """
 
     phase: Phase
@@ -87,6 +88,7 @@ class CycleRecord(NamedTuple):
     retries: int
     late: float
     joints: tuple[JointRecord, ...]
+    progress: float = UNKNOWN
 
 
 class CycleHistory:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bioscara.arguments import flag, number, shown, whole
@@ -12,6 +13,7 @@ from bioscara.clock import SimulatedClock
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.extras import pip_install
 from bioscara.protocol import ResetCause
+from bioscara.version import __version__
 
 if TYPE_CHECKING:
     from bioscara_firmware_sim import Arm
@@ -31,13 +33,29 @@ def _native(
     seed: int, frequency: float, overhead: float, firmwares: tuple[int, int, int, int]
 ) -> Arm:
     try:
-        from bioscara_firmware_sim import Arm  # noqa: PLC0415
+        import bioscara_firmware_sim as native  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise BioscaraError(f"the simulated arm is not installed: {_install()}") from error
     except ImportError as error:
         raise BioscaraError(
-            "the simulated arm is not installed; in a checkout of bioscara, with a C++17 compiler: "
-            f"{pip_install('./firmware/sim')}"
+            f"the simulated arm cannot be loaded, as its installation is damaged or for another "
+            f"computer ({error}): {_install('--force-reinstall')}"
         ) from error
-    return Arm(seed, frequency, overhead, firmwares)
+    found = getattr(native, "__version__", "older")
+    if found != __version__:
+        raise BioscaraError(
+            f"the simulated arm is version {found}, bioscara {__version__}; install that of the "
+            f"same version: {_install()}"
+        )
+    return native.Arm(seed, frequency, overhead, firmwares)
+
+
+def _install(*options: str) -> str:
+    """Return the command that installs the compiled firmware: of this checkout, if it is one."""
+    sources = Path(__file__).parents[3] / "firmware"
+    if (sources / "pyproject.toml").is_file():
+        return pip_install(*options, str(sources))
+    return pip_install(*options, f"bioscara[sim]=={__version__}")
 
 
 class SimulatedArm:

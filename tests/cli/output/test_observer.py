@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 import pty
 import resource
@@ -51,6 +52,18 @@ def test_every_cycle_is_stored_and_written(tmp_path: Path) -> None:
     assert observer.problem == ""
     assert len(history) == 500
     assert len((tmp_path / "samples.csv").read_text().splitlines()) == 501
+
+
+def test_the_line_of_homing_names_the_joint_that_moves_and_the_share(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    view = PlainView(Output(), JOINTS)
+    moving = CycleRecord(
+        Phase.HOMING, 12.0, math.nan, 0.004, 0, 0.0, (joint(), joint(flags=Flags.BUSY)), 0.345
+    )
+    with Observer(view) as observer:
+        observer.cycle(moving)
+    assert capsys.readouterr().out.startswith("  homing j2  34%   12.00 s | j1 ")
 
 
 def test_a_full_disk_is_reported_once_and_the_history_stays_complete(

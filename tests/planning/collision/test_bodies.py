@@ -17,7 +17,6 @@ from tools.meshes import read_stl
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
-from bioscara.model.urdf import DESCRIPTION
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, arm_of, frames
 from bioscara.planning.collision.margins import OWN_MARGIN
 from bioscara.planning.collision.scene import Scene
@@ -25,6 +24,7 @@ from bioscara.planning.collision.shapes import Prism
 from planning.limits import LIMITS
 from planning.meshes import LINKS, NAMES, gaps, parts_of, places
 from planning.scenes import ARM, COUNT, random_joints
+from visual_meshes import visual_meshes
 
 Array = npt.NDArray[np.float64]
 FIT = 5e-3
@@ -58,8 +58,7 @@ def placed(link: str, joints: Sequence[float], width: float) -> list[tuple[Prism
 
 def seen(link: str) -> Array:
     """Return points of all triangles that are seen of a link, in its frame, (n, 3)."""
-    files = sorted(DESCRIPTION.glob(f"meshes/visual/{link}_*.stl"))
-    triangles = np.concatenate([read_stl(path.read_bytes()) for path in files])
+    triangles = np.concatenate([read_stl(path.read_bytes()) for path in visual_meshes(link)])
     weights = np.array([(a, b, 6 - a - b) for a in range(7) for b in range(7 - a)]) / 6.0
     points: Array = np.einsum("wc,tcx->twx", weights, triangles).reshape(-1, 3)
     return points

@@ -65,6 +65,10 @@ COMMANDS = {
         "serving.serve",
         "Own an arm and let other programs use it, until Ctrl-C or SIGTERM.",
     ),
+    "service": (
+        "setup.service",
+        "Serve an arm from the start of the computer on, as a service of systemd.",
+    ),
     "stop": ("owners.stop", "Stop the motion of an arm, or of all that are served."),
     "pause": (
         "owners.pause",
@@ -94,6 +98,10 @@ COMMANDS = {
     "web": (
         "serving.web",
         "Let browsers and programs reach an arm that an owner serves, until Ctrl-C.",
+    ),
+    "completion": (
+        "setup.completion",
+        "Print the script by which bash, zsh or fish completes commands, options and names.",
     ),
     "ros": (
         "serving.ros",

@@ -54,4 +54,6 @@ class PlainView(View):
             f"{name} {' '.join(cells(joint, record.phase, unit, self._angles))}"
             for (name, unit), joint in zip(self._joints, record.joints, strict=True)
         )
-        self._output.line(f"  {progress(record)} | " + " | ".join(joints))
+        self._output.line(
+            f"  {progress(record, [name for name, _ in self._joints])} | " + " | ".join(joints)
+        )

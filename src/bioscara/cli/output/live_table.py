@@ -83,7 +83,9 @@ class TableView(View):
             self._output.fail(error)
 
     def _table(self, record: CycleRecord) -> Table:
-        table = Table(title=progress(record), title_justify="left")
+        table = Table(
+            title=progress(record, [name for name, _ in self._joints]), title_justify="left"
+        )
         table.add_column("joint")
         table.add_column("state", min_width=9)
         # 59 characters in all.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import isnan
 
 from bioscara.cli.output.angles import RADIANS, AngleUnit
@@ -102,7 +102,12 @@ def cells(
     )
 
 
-def progress(record: CycleRecord) -> str:
-    """Return phase and time of the run, in the arm's time."""
+def progress(record: CycleRecord, names: Iterable[str]) -> str:
+    """Return phase and time of the run, in the arm's time; of homing joint and share as well."""
     shown = record.start if isnan(record.trajectory_time) else record.trajectory_time
-    return f"{record.phase.value} {shown:7.2f} s"
+    if record.phase is not Phase.HOMING:
+        return f"{record.phase.value} {shown:7.2f} s"
+    joints = zip(names, record.joints, strict=True)
+    moving = [name for name, joint in joints if Flags(joint.flags) & Flags.BUSY]
+    share = [] if isnan(record.progress) else [f"{record.progress:4.0%}"]
+    return " ".join([record.phase.value, *moving, *share, f"{shown:7.2f} s"])

@@ -174,7 +174,7 @@ export interface ControllersSample {
   activity: number;
 }
 
-export type CycleRecord = [Phase, number, number, number, number, number, JointRecord[]];
+export type CycleRecord = [Phase, number, number, number, number, number, JointRecord[], number];
 
 export interface Cylinder {
   name: string;

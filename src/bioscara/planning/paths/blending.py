@@ -54,7 +54,8 @@ class Blend(Segment):
         origin = ends[0]
         scaled = ends * scales[:, None]
         scaled[[0, 3]] -= origin
-        powers = _HERMITE @ scaled / length ** np.arange(6.0)[:, None]
+        lengths = np.cumprod([1.0, *[length] * 5])
+        powers = (_HERMITE[:, :, None] * scaled).sum(axis=1) / lengths[:, None]
         powers[0] = origin
         super().__init__(length, powers)
 

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
+from bioscara.kinematics.elementary import arccos, arctan2, sin_cos
 from bioscara.kinematics.pose import TURN
 from bioscara.planning.arrays import Array
 from bioscara.planning.paths.segments import PathSamples
@@ -50,19 +51,20 @@ def along(kinematics: Scara, samples: PathSamples, start: Joints) -> JointSample
     l1, l2, height = kinematics.geometry
     to_base = kinematics.base.inverse()
     turn = samples.poses[:, 3] + (to_base.yaw - kinematics.tool.yaw)
-    w, w1, w2 = _wrist(kinematics, samples, turn)
+    (x, y), (x1, y1), (x2, y2) = _wrist(kinematics, samples, turn)
     with np.errstate(all="ignore"):
-        cosine = ((w * w.conj()).real - (l1 * l1 + l2 * l2)) / (2.0 * l1 * l2)
+        cosine = (x * x + y * y - (l1 * l1 + l2 * l2)) / (2.0 * l1 * l2)
         cosine = np.where(np.abs(cosine) <= 1.0 + 1e-12, np.clip(cosine, -1.0, 1.0), np.nan)
-        q3 = elbow_turn + side * np.arccos(cosine)
-        q1 = np.angle(w) - np.arctan2(l2 * np.sin(q3), l1 + l2 * cosine)
+        q3 = elbow_turn + side * arccos(cosine)
+        sine, _ = sin_cos(q3)
+        q1 = arctan2(y, x) - arctan2(l2 * sine, l1 + l2 * cosine)
         q1 = start.j1 + _unwrapped(q1 - start.j1)
         q13 = q1 + q3
-        e1, e13 = np.exp(1j * q1), np.exp(1j * q13)
-        sine = np.sin(q3)
-        r1, r13 = _dot(w1, e13) / (l1 * sine), -_dot(w1, e1) / (l2 * sine)
-        rest = w2 + l1 * r1 * r1 * e1 + l2 * r13 * r13 * e13
-        a1, a13 = _dot(rest, e13) / (l1 * sine), -_dot(rest, e1) / (l2 * sine)
+        (s1, c1), (s13, c13) = sin_cos(q1), sin_cos(q13)
+        r1, r13 = (x1 * c13 + y1 * s13) / (l1 * sine), -(x1 * c1 + y1 * s1) / (l2 * sine)
+        bend1, bend13 = l1 * r1 * r1, l2 * r13 * r13
+        x2, y2 = x2 + bend1 * c1 + bend13 * c13, y2 + bend1 * s1 + bend13 * s13
+        a1, a13 = (x2 * c13 + y2 * s13) / (l1 * sine), -(x2 * c1 + y2 * s1) / (l2 * sine)
     q4 = turn - q13
     q4 += 2.0 * math.pi * np.round((start.j4 - q4[0]) / (2.0 * math.pi)) if len(q4) else 0.0
     q2 = samples.poses[:, 2] + (to_base.z - kinematics.tool.z - height)
@@ -74,22 +76,23 @@ def along(kinematics: Scara, samples: PathSamples, start: Joints) -> JointSample
     )
 
 
-def _wrist(kinematics: Scara, samples: PathSamples, turn: Array) -> tuple[Array, Array, Array]:
-    """Return position and derivatives of the wrist's axis in the arm's base, as complex numbers."""
-    to_base = kinematics.base.inverse()
-    rotation = complex(math.cos(to_base.yaw), math.sin(to_base.yaw))
-    p, p1, p2 = (rotation * (part[:, 0] + 1j * part[:, 1]) for part in samples)
-    arm_of_tool = np.exp(1j * turn) * complex(kinematics.tool.x, kinematics.tool.y)
+def _wrist(kinematics: Scara, samples: PathSamples, turn: Array) -> tuple[tuple[Array, Array], ...]:
+    """Return x and y of the wrist's axis in the arm's base, and their derivatives."""
+    to_base, tool = kinematics.base.inverse(), kinematics.tool
+    cb, sb = math.cos(to_base.yaw), math.sin(to_base.yaw)
+    places = [
+        (cb * part[:, 0] - sb * part[:, 1], sb * part[:, 0] + cb * part[:, 1]) for part in samples
+    ]
+    (x, y), (x1, y1), (x2, y2) = places
+    s, c = sin_cos(turn)
+    tool_x, tool_y = c * tool.x - s * tool.y, s * tool.x + c * tool.y
     yaw1, yaw2 = samples.first[:, 3], samples.second[:, 3]
+    inward = yaw1 * yaw1
     return (
-        p + complex(to_base.x, to_base.y) - arm_of_tool,
-        p1 - 1j * yaw1 * arm_of_tool,
-        p2 - (1j * yaw2 - yaw1 * yaw1) * arm_of_tool,
+        (x + to_base.x - tool_x, y + to_base.y - tool_y),
+        (x1 + yaw1 * tool_y, y1 - yaw1 * tool_x),
+        (x2 + yaw2 * tool_y + inward * tool_x, y2 - yaw2 * tool_x + inward * tool_y),
     )
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return a.real * b.real + a.imag * b.imag
 
 
 def _unwrapped(angles: Array) -> Array:

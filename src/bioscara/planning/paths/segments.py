@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
+from bioscara.kinematics.elementary import dot, sin_cos
 from bioscara.kinematics.pose import require_near_place, require_pose, wrapped
 from bioscara.planning.arrays import Array, Index
 from bioscara.planning.trajectory.polynomials import evaluate_many
@@ -108,7 +109,7 @@ class Formulas(NamedTuple):
         if self.rate.any():
             rate = self.rate[segments, None]
             turned = rate * t[:, None]
-            cosine, sine = np.cos(turned), np.sin(turned)
+            sine, cosine = sin_cos(turned)
             a, b = self.circle[segments, 0], self.circle[segments, 1]
             outward = cosine * a + sine * b
             poses += outward
@@ -194,7 +195,7 @@ class Line(Segment):
         start, goal = require_pose("the start", start), require_pose("the goal", goal)
         displacement = np.subtract(goal, start)
         displacement[3] = shorter_turn(start.yaw, goal.yaw)
-        distance = float(np.linalg.norm(displacement[:3]))
+        distance = math.sqrt(dot(displacement[:3], displacement[:3]))
         length = max(distance, LEVER * abs(displacement[3]))
         if length < SHORTEST:
             raise InvalidArgumentError(
@@ -242,26 +243,26 @@ class Arc(Segment):
         start, via = require_pose("the start", start), require_near_place("the via", via)
         goal = require_pose("the goal", goal)
         a, b = np.subtract(via, start)[:3], np.subtract(goal, start)[:3]
-        chord = float(np.linalg.norm(b))
+        chord = math.sqrt(dot(b, b))
         if chord < SHORTEST:
             raise InvalidArgumentError(
                 f"start and goal of the arc are {chord:.3g} m apart; make a full circle of two arcs"
             )
         normal = np.cross(a, b)
-        height = float(np.linalg.norm(normal)) / chord
+        height = math.sqrt(dot(normal, normal)) / chord
         if height < SHORTEST:
             raise InvalidArgumentError(
                 f"the points of the arc are on one line: via is {height:.3g} m beside the line "
                 f"from start to goal, it takes {SHORTEST:g} m; move it, or go straight"
             )
-        to_centre = ((b @ b) * np.cross(normal, a) + (a @ a) * np.cross(b, normal)) / (
-            2.0 * (normal @ normal)
+        to_centre = (dot(b, b) * np.cross(normal, a) + dot(a, a) * np.cross(b, normal)) / (
+            2.0 * dot(normal, normal)
         )
-        radius = float(np.linalg.norm(to_centre))
+        radius = math.sqrt(dot(to_centre, to_centre))
         outward = -to_centre / radius
-        along = np.cross(normal, outward) / np.linalg.norm(normal)
+        along = np.cross(normal, outward) / math.sqrt(dot(normal, normal))
         to_goal = b - to_centre
-        angle = math.atan2(to_goal @ along, to_goal @ outward) % (2.0 * math.pi)
+        angle = math.atan2(dot(to_goal, along), dot(to_goal, outward)) % (2.0 * math.pi)
         centre = np.array(start[:3]) + to_centre
         turn = shorter_turn(start.yaw, goal.yaw)
         return cls(centre, np.stack((outward, along)), radius, angle, start.yaw, turn)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
+from bioscara.kinematics.elementary import sin_cos
 from bioscara.planning.arrays import Array, Index
 from bioscara.planning.limits import JointLimits, ToolLimits
 from bioscara.planning.paths.inverse_kinematics import JointSamples, along
@@ -116,6 +117,7 @@ def _at(
             aside = np.linalg.norm(second - ahead * tangent, axis=1)[:, None]
             angles = (np.arange(_SIDES) + 0.5) * math.pi / _SIDES
             scale = 1.0 / (tool.acceleration * math.cos(0.5 * math.pi / _SIDES))
-            u.append(speed * np.cos(angles) * scale)
-            b.append((ahead * np.cos(angles) + aside * np.sin(angles)) * scale)
+            sine, cosine = sin_cos(angles)
+            u.append(speed * cosine * scale)
+            b.append((ahead * cosine + aside * sine) * scale)
     return Rows(np.hstack(u), np.hstack(b))

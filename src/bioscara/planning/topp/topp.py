@@ -16,6 +16,7 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
+from bioscara.kinematics.elementary import sin_cos
 from bioscara.planning.arrays import Array, Index
 from bioscara.planning.limits import FULL, JointLimits, ToolLimits, check_share
 from bioscara.planning.paths.inverse_kinematics import along
@@ -146,7 +147,7 @@ def _parts(factors: Array, deviations: Array, durations: Array) -> Index:
     fourth power.
     """
     wanted = np.maximum(
-        ((factors - 1.0).clip(0.0) / _EXCESS) ** 0.5, (deviations / _DEVIATION) ** 0.25
+        np.sqrt((factors - 1.0).clip(0.0) / _EXCESS), np.sqrt(np.sqrt(deviations / _DEVIATION))
     )
     divisible = durations > _FINEST
     coarse = (wanted > 1.0) & divisible
@@ -214,7 +215,7 @@ def _solve_on_grid(
 def _first_grid(path: Path, part: RegularPart) -> Array:
     """Return a grid that is finer towards both ends, and fine in each piece between breaks."""
     begin, end, _ = part
-    ends = np.cos(np.linspace(0.0, math.pi, _PIECES + 1))
+    _, ends = sin_cos(np.linspace(0.0, math.pi, _PIECES + 1))
     edges = np.array((begin, *path.breaks, end))
     pieces = np.linspace(edges[:-1], edges[1:], _PIECES_BETWEEN + 1).ravel()
     return np.union1d(begin + 0.5 * (end - begin) * (1.0 - ends), pieces)
@@ -259,7 +260,7 @@ def _lowered(grid: Array, squares: Array, window: float) -> Array:
     while 2 ** len(runs) <= len(squares):
         half = 2 ** (len(runs) - 1)
         runs.append(np.minimum(runs[-1][:-half], runs[-1][half:]))
-    rank = np.log2(ends - begins).astype(np.intp)
+    rank = np.frexp(ends - begins)[1] - 1  # of the power of two
     return np.array(
         [min(runs[r][b], runs[r][e - 2**r]) for r, b, e in zip(rank, begins, ends, strict=True)]
     )

@@ -12,8 +12,9 @@ from mcap.opcode import Opcode
 from mcap.records import Footer
 from mcap.writer import MCAP0_MAGIC
 
-_RECORD = struct.Struct("<BQ")
-_END = _RECORD.size + 20 + len(MCAP0_MAGIC)
+RECORD = struct.Struct("<BQ")
+"""Begin of each record: its opcode, and the length of its content [byte]."""
+_END = RECORD.size + 20 + len(MCAP0_MAGIC)
 """Size of the last record of a finished file, with the bytes after it [byte]."""
 _INDEX_MAX = 32 << 20
 """Largest index that is read [byte]."""
@@ -30,19 +31,19 @@ def index_records(file: BinaryIO, size: int) -> Iterator[tuple[int, int, bytes]]
         return
     file.seek(size - _END)
     last = file.read(_END)
-    opcode, length = _RECORD.unpack_from(last)
+    opcode, length = RECORD.unpack_from(last)
     if opcode != Opcode.FOOTER or length != 20 or not last.endswith(MCAP0_MAGIC):
         return
-    begin = Footer.read(ReadDataStream(BytesIO(last[_RECORD.size :]))).summary_start
+    begin = Footer.read(ReadDataStream(BytesIO(last[RECORD.size :]))).summary_start
     if not 0 < begin <= size - _END or size - begin > _INDEX_MAX:
         return
     file.seek(begin)
     index = file.read(size - _END - begin)
     offset = 0
-    while offset + _RECORD.size <= len(index):
-        opcode, length = _RECORD.unpack_from(index, offset)
-        offset += _RECORD.size
+    while offset + RECORD.size <= len(index):
+        opcode, length = RECORD.unpack_from(index, offset)
+        offset += RECORD.size
         if length > len(index) - offset:
             return
-        yield begin + offset - _RECORD.size, opcode, index[offset : offset + length]
+        yield begin + offset - RECORD.size, opcode, index[offset : offset + length]
         offset += length

@@ -24,9 +24,9 @@ from mcap.writer import MCAP0_MAGIC
 from zstandard import ZstdError
 
 from bioscara.errors import RecordingError
-from bioscara.recording.reading.index import index_records
+from bioscara.recording.reading.index import RECORD, index_records
 
-_RECORD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
+_MESSAGE = struct.Struct("<HIQQ")
 _CHUNK_MAX = 256 << 20
 """Largest chunk, uncompressed, that is read [byte]: others write chunks of some MB."""
 _KNOWN = frozenset(Opcode)
@@ -41,7 +41,7 @@ _CHUNK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4)", re.DOTALL)
 """Begin of a chunk: length, times, size and checksum, then the name of its compression."""
 _CHUNK_HEAD = 64
 _BLOCK = 1 << 20
-_UNREADABLE = (
+UNREADABLE = (
     McapError,
     CRCValidationError,
     ZstdError,
@@ -141,7 +141,7 @@ class _Reader:
                     return
                 else:
                     self._take(opcode, payload)
-            except _UNREADABLE as error:
+            except UNREADABLE as error:
                 name = Opcode(opcode).name.lower()
                 scan.damage.append(f"a {name} before byte {scan.size} cannot be read: {error}")
                 named = self._named().get(at, scan.size)
@@ -154,13 +154,13 @@ class _Reader:
         while True:
             at = scan.size
             self._file.seek(at)
-            head = self._file.read(_RECORD.size)
-            if len(head) < _RECORD.size:
+            head = self._file.read(RECORD.size)
+            if len(head) < RECORD.size:
                 return
-            opcode, length = _RECORD.unpack(head)
+            opcode, length = RECORD.unpack(head)
             if self._index is not None and at in self._index:
-                length = self._index[at] - at - _RECORD.size
-            end = at + _RECORD.size + length
+                length = self._index[at] - at - RECORD.size
+            end = at + RECORD.size + length
             # The file may grow during the scan. No more than its size is read: a damaged length
             # would be allocated at once.
             payload = self._file.read(length) if length <= self._size else b""
@@ -179,11 +179,11 @@ class _Reader:
     def _begins_record(self, at: int) -> bool:
         """Return whether a record that fits into the file may begin at a byte, or it ends there."""
         self._file.seek(at)
-        head = self._file.read(_RECORD.size)
-        if len(head) < _RECORD.size:
+        head = self._file.read(RECORD.size)
+        if len(head) < RECORD.size:
             return not head
-        opcode, length = _RECORD.unpack(head)
-        return opcode in _KNOWN and at + _RECORD.size + length <= self._size
+        opcode, length = RECORD.unpack(head)
+        return opcode in _KNOWN and at + RECORD.size + length <= self._size
 
     def _resume(self, at: int, end: int) -> bool:
         """Go on after the damaged record between two bytes; return False if there is no record.
@@ -207,16 +207,16 @@ class _Reader:
             self._index, scan = {}, self._scan
             for at, opcode, content in index_records(self._file, self._size):
                 if not self._index:
-                    self._index[at] = at + _RECORD.size + len(content)
+                    self._index[at] = at + RECORD.size + len(content)
                 try:
                     if opcode in _INDEXES:
                         begin, length = _PLACE.unpack_from(content, _INDEXES[opcode])
-                        if _RECORD.size <= length <= self._size - begin:
+                        if RECORD.size <= length <= self._size - begin:
                             self._index[begin] = begin + length
                     elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
                         # They are in the first chunk, too, which may be the damaged one.
                         self._take(opcode, content)
-                except _UNREADABLE as error:
+                except UNREADABLE as error:
                     scan.damage.append(f"the index cannot be read: {error}")
         return self._index
 
@@ -244,8 +244,8 @@ class _Reader:
         data = stream.read(length)
         offset = 0
         while offset < length:
-            opcode, size = _RECORD.unpack_from(data, offset)
-            offset += _RECORD.size
+            opcode, size = RECORD.unpack_from(data, offset)
+            offset += RECORD.size
             if size > length - offset:
                 raise ValueError("a record in it is longer than the chunk")
             if opcode == Opcode.MESSAGE:

@@ -165,7 +165,8 @@ class Operation(Running[T]):
         if self._on_cycle is None or self._cycle is None or self._recorder is None or self.done:
             return
         try:
-            self._on_cycle(self._recorder.record(cycle, *self._cycle))
+            record = self._recorder.record(cycle, *self._cycle)
+            self._on_cycle(record._replace(progress=self.progress))
         except BaseException as error:  # noqa: BLE001  the arm is brought to rest first
             if self.stopping:
                 self._on_cycle = None

@@ -73,6 +73,7 @@ def test_the_jaws_open_as_far_as_the_owner_has_them(
 def test_commands_use_the_running_owner_and_say_so(
     arm: Served, said: Said, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    assert said.output("home --joint j2").endswith("\nnot homed: j1, j3, j4\n")
     out = said.output("home")
     assert "arm: arm left: simulation, in this process" in out
     assert arm.robot.is_homed

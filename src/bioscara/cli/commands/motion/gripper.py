@@ -64,7 +64,7 @@ def _width(options: Options, gripper: GripperParameters) -> float:
     """Return the width that the options name.
 
     Raises:
-        InvalidArgumentError: Neither or both of width and angle are given.
+        InvalidArgumentError: Neither or both of width and angle are given, or the width in mm.
         LimitError: At that angle the jaws would be beyond their limits.
     """
     if (options.width is None) == (options.servo_angle is None):
@@ -85,4 +85,10 @@ def _width(options: Options, gripper: GripperParameters) -> float:
         width: float = gripper.zero_width + options.servo_angle / gripper.deg_per_m
         return min(max(width, gripper.lower), gripper.upper)
     ends = {"open": gripper.upper, "close": gripper.lower}
-    return float(ends.get(options.width, options.width))
+    given = float(ends.get(options.width, options.width))
+    if gripper.lower <= (metres := 1e-3 * given) <= gripper.upper:
+        raise InvalidArgumentError(
+            f"a width is in metres, and {given:g} would be millimetres; did you mean bioscara "
+            f"gripper {metres:g}?"
+        )
+    return given

@@ -27,6 +27,6 @@ def run(options: Options, output: Output) -> None:  # noqa: ARG001
             words = f"does not answer: {error}", "-"
         rows.append((owner.name, owner.bus, str(owner.pid), *words))
     if len(rows) == 1:
-        output.line("no arm is served; bioscara serve starts an owner")
+        output.line(f"no arm is served; bioscara serve starts an owner{runtime.unlisted()}")
         return
     output.lines(columns(rows))

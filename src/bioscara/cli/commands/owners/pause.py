@@ -20,7 +20,7 @@ def run(options: Options, output: Output) -> None:
     # All, as by a stop: to come to rest is safe.
     names = [options.arm] if options.arm else [owner.name for owner in runtime.owners()]
     if not names:
-        raise OwnerLostError("no arm is served, so none was paused")
+        raise OwnerLostError(f"no arm is served, so none was paused{runtime.unlisted()}")
     for each in names:
         with linked(each, author()) as link:
             link.request(m.Pause())

@@ -9,10 +9,11 @@ from pathlib import Path
 
 from bioscara.api.runtime import DEFAULT
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.parser import Options, Parser, number
+from bioscara.cli.parser import Options, Parser, number, whole_number
 from bioscara.cli.shared_arguments import ARM_VARIABLE, RECORDINGS, share
 from bioscara.errors import RecordingError
 
+_FPS = 30
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 
 
@@ -22,7 +23,8 @@ def arguments(parser: Parser) -> None:
         "start": "Record a served arm until Ctrl-C (the default).",
         "info": "List what a recording contains.",
         "recover": "Complete a recording whose recorder was killed or whose disk was full.",
-        "export": "Write samples, events and trajectories as tables, and the flight records.",
+        "export": "Write samples, events and trajectories as tables with the flight records, or a "
+        "LeRobot dataset.",
         "replay": "Serve a recording as an arm that clients can look at but not command.",
     }
     start, info, recover, export, replay = (
@@ -37,6 +39,20 @@ def arguments(parser: Parser) -> None:
     kind = export.add_mutually_exclusive_group(required=True)
     kind.add_argument("--csv", metavar="DIR", type=Path, help="folder for CSV files")
     kind.add_argument("--parquet", metavar="DIR", type=Path, help="folder for Parquet files")
+    kind.add_argument(
+        "--lerobot",
+        metavar="DIR",
+        type=Path,
+        help="new folder for a LeRobot dataset, format 3.0: an episode for each goal that "
+        "succeeded",
+    )
+    export.add_argument(
+        "--fps",
+        metavar="N",
+        type=whole_number,
+        help=f"frames per second of the LeRobot dataset (default {_FPS})",
+    )
+    export.checks.append(_check_fps)
     replay.add_argument(
         "--name", metavar="NAME", default="replay", help="name of the served arm (default replay)"
     )
@@ -80,6 +96,11 @@ def _add_start(start: Parser) -> None:
         "(default 10G)",
     )
     start.checks.append(_check_sizes)
+
+
+def _check_fps(parser: Parser, options: Options) -> None:
+    if options.fps is not None and options.lerobot is None:
+        parser.error("--fps applies only to a LeRobot dataset; add --lerobot DIR")
 
 
 def _check_sizes(parser: Parser, options: Options) -> None:
@@ -185,7 +206,15 @@ def _replay(options: Options, output: Output) -> None:
 
 def _export(options: Options, output: Output) -> None:
     from bioscara.recording.reading.export import export_csv, export_parquet
+    from bioscara.recording.reading.lerobot import export_lerobot
 
+    if options.lerobot is not None:
+        fps = _FPS if options.fps is None else options.fps
+        made = export_lerobot(options.file, options.lerobot, fps)
+        for note in made.notes:
+            output.line(f"note: {note}")
+        output.line(f"wrote {options.lerobot}: {made.episodes} episodes, {made.frames} frames")
+        return
     if options.csv is not None:
         files = export_csv(options.file, options.csv)
     else:

@@ -165,6 +165,10 @@ def run(options: Options, output: Output) -> None:
 
     def ready(owner: Owner) -> None:
         output.line(f"arm: {owner.robot.description}")
+        if settings.overlay is None:
+            output.line("parameters: those of the existing arms")
+        for what, path in (("table", settings.table), ("scene", settings.scene)):
+            output.line(f"{what}: {path.absolute() if path else 'none'}")
         output.line(f"{settings.name} is served: bioscara status --arm {settings.name}")
 
     async def until_signal() -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 
 from bioscara.arguments import items, shown
 from bioscara.control.controllers.goal_handle import GoalStatus
+from bioscara.control.controllers.homing_controller import HomingController, HomingGoal
 from bioscara.drivers.joint.homing import check_current, check_sensitivity
 from bioscara.errors import HomingError, InvalidArgumentError, LifecycleError
 from bioscara.model.parameters import JOINTS
@@ -98,12 +98,21 @@ class Home(Operation[None]):
         self._joints = chosen(joints)
         self._sensitivity = per_joint("sensitivity", sensitivity, check_sensitivity)
         self._current = per_joint("current", current, check_current)
-        self._progress = math.nan
+        self._goal: HomingGoal | None = None
+        self._ranges: dict[str, float] = {}
+        self._progress = 0.0
 
     @property
     def progress(self) -> float:
-        """Share of the joints that are homed, 0 to 1."""
-        return 1.0 if self.done and self.error is None else self._progress
+        """Share that is done, 0 to 1; it never decreases.
+
+        All joints count the same, as the firmware may choose the speed. Of the one that moves, the
+        share of its range counts that it has travelled.
+        """
+        if self.done and self.error is None:
+            return 1.0
+        self._count()
+        return self._progress
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Home the joints in the order of the parameters."""
@@ -127,19 +136,30 @@ class Home(Operation[None]):
             arm.warn(note, self.name)
         stack.use(HOMING, clock.now())
         axes = [axis for axis in stack.hardware.axes if axis.name in directions]
-
-        def count() -> None:
-            self._progress = sum(axis.homed for axis in axes) / len(axes)
-
         for axis in axes:
+            limits = axis.joint.parameters
+            self._ranges[axis.name] = limits.upper - limits.lower
             axis.homing.sensitivity = self._sensitivity.get(axis.name)
             axis.homing.current = self._current.get(axis.name)
         goal = yield from execution.pursue(
-            lambda: stack.homing.send_goal(directions), Phase.HOMING, before_cycle=count
+            lambda: self._send(stack.homing, directions), Phase.HOMING, before_cycle=self._count
         )
         if goal.status is not GoalStatus.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(clock.now(), (), (HOMING,))
+
+    def _send(self, controller: HomingController, directions: Mapping[str, float]) -> HomingGoal:
+        self._goal = controller.send_goal(directions)
+        return self._goal
+
+    def _count(self) -> None:
+        """Note how much is done; when a joint backs off from its end stop, that stays."""
+        if (goal := self._goal) is None:
+            return
+        done, now = float(len(goal.done_joints)), goal.progress
+        if now is not None and now.joint not in goal.done_joints:
+            done += min(now.travel / self._ranges[now.joint], 1.0)
+        self._progress = max(self._progress, done / len(goal.joints))
 
     def _directions(self, arm: Arm) -> tuple[dict[str, float], list[str]]:
         """Return the joints to home with their directions, and the reasons."""
