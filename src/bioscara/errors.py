@@ -65,7 +65,6 @@ the message.
 
 from __future__ import annotations
 
-from bioscara.notebook import outer_traceback
 from bioscara.printing import brief
 
 
@@ -92,6 +91,9 @@ class BioscaraError(Exception):
 
     def _render_traceback_(self) -> list[str]:
         """Return the lines that IPython shows: the user's own, without the package's frames."""
+        # Imported here: `bioscara stop` imports errors and must be fast.
+        from bioscara.notebook import outer_traceback  # noqa: PLC0415
+
         return outer_traceback(self)
 
 

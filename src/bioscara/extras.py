@@ -33,6 +33,11 @@ def install(extra: Extra) -> str:
     return pip_install(f"bioscara[{extra}]")
 
 
-def pip_install(*what: str) -> str:
-    """Return the command that installs packages, with options of pip, for the Python that runs."""
-    return shlex.join((sys.executable, "-m", "pip", "install", *what))
+def pip_install(*what: str, python: str = sys.executable) -> str:
+    """Return the command that installs packages, with options of pip.
+
+    Args:
+        what: The packages and options.
+        python: For which Python; by default for the one that runs.
+    """
+    return shlex.join((python, "-m", "pip", "install", *what))

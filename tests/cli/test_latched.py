@@ -109,6 +109,6 @@ def test_half_speed_is_reported_with_its_reason(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(bioscara.sim, "BenchBus", lambda arm, _: Slow(arm))
     out = said.output(*words)
-    assert out.count("warning: LATE: the loop does not keep 100 Hz") >= 1
+    assert out.count("(): LATE: the loop does not keep 100 Hz") >= 1
     if words[0] == "demo":
         assert "LATE" in (tmp_path / "run" / "report.txt").read_text()

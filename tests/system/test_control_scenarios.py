@@ -229,7 +229,7 @@ def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_th
     (fault,) = scene.robot.faults
     assert (fault.kind, fault.source) == (FaultKind.FOLLOWING_ERROR, "j1")
     assert fault.time - scene.struck < 1.0
-    assert str(error) in read_record(fault.evidence).faults[0]
+    assert error.message in read_record(fault.evidence).faults[0]
     goal = scene.robot.runner.arm.stack.trajectory.goal
     assert goal is not None
     assert goal.status is GoalStatus.ABORTED

@@ -67,6 +67,7 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
                 robot,
                 sequence,
                 on_step=lambda run: progress.phase(f"step {run.label} of {len(sequence.steps)}"),
+                on_note=lambda note: progress.note(f"note: {note}"),
                 on_cycle=progress.cycle,
                 cancelled=cancelled,
             )

@@ -48,8 +48,8 @@ from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_controllers import RemoteControllers
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
 from bioscara.robot.arm_methods import ArmMethods, Glance, condition
+from bioscara.robot.call_log import called, flush, log, logged, refused
 from bioscara.robot.connection import exit_guard
-from bioscara.robot.log import called, flush, log, logged, refused
 from bioscara.robot.operations.motions.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.operations.running import Status

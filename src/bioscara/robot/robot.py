@@ -24,10 +24,10 @@ from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.robot import tasks
 from bioscara.robot.arm import Arm
 from bioscara.robot.arm_methods import ArmMethods, Glance, condition
+from bioscara.robot.call_log import called, flush, log, logged, refused
 from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
-from bioscara.robot.log import called, flush, log, logged, refused
 from bioscara.robot.openers import OPENERS
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
@@ -394,8 +394,9 @@ class Robot(ArmMethods):
         return self._carry_out(task.operation(self._arm, Conditions(timeout, on_cycle)), wait)
 
     def _carry_out(self, operation: Operation[Any], wait: bool) -> Operation[Any]:
-        called(operation.name)
-        with logged(operation, wait=flag("wait", wait)):
+        in_loop = self._arm.turn.mine
+        called(operation.name, in_loop=in_loop)
+        with logged(operation, wait=flag("wait", wait), in_loop=in_loop):
             if wait:
                 self._runner.execute(operation)
             else:

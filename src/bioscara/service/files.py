@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bioscara.errors import ConfigurationError
+from bioscara.extras import pip_install
 from bioscara.flashing.access import RULES
 from bioscara.whole_files import replacing
 
@@ -98,7 +99,7 @@ def check_program(*, image: bool = False) -> None:
             raise ConfigurationError(
                 f"bioscara runs from {path}, which is hidden from services; install it elsewhere, "
                 "and use that one: sudo python3 -m venv /opt/bioscara && sudo "
-                f"/opt/bioscara/bin/pip install {shlex.quote(f'{source}[web]')} && sudo "
+                f"{pip_install(f'{source}[web]', python='/opt/bioscara/bin/python')} && sudo "
                 "/opt/bioscara/bin/bioscara service install ..."
             )
 

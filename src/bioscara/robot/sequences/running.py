@@ -20,6 +20,7 @@ def run_sequence(
     sequence: StepSequence,
     *,
     on_step: Callable[[Run], object] | None = None,
+    on_note: Callable[[str], object] | None = None,
     on_cycle: OnCycle | None = None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> None:
@@ -31,6 +32,7 @@ def run_sequence(
         robot: The robot, connected and homed.
         sequence: The sequence.
         on_step: Called before each step, or before several that blends join.
+        on_note: Called after a motion with each note on its plan.
         on_cycle: Receives a record of all joints each cycle of a motion.
         cancelled: Returns whether to stop before the next step, or in a wait.
 
@@ -54,7 +56,10 @@ def run_sequence(
             _rest(task, run, cancelled)
             continue
         with about(run.first, len(run.steps)):
-            robot.do(task, on_cycle=on_cycle)
+            motion = robot.do(task, on_cycle=on_cycle)
+        if on_note is not None:
+            for note in motion.notes:
+                on_note(note)
 
 
 def _rest(wait: Wait, run: Run, cancelled: Callable[[], bool]) -> None:

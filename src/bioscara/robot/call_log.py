@@ -24,75 +24,85 @@ _PATIENCE = 1.0
 
 
 class _Later:
-    """Ends of motions that no call waits for; a thread of its own passes them to the handlers."""
+    """Texts that a thread of its own passes to the handlers, as they come from a control loop."""
 
     def __init__(self) -> None:
-        self._ends: queue.SimpleQueue[tuple[int, str] | threading.Event] = queue.SimpleQueue()
+        self._texts: queue.SimpleQueue[tuple[int, str] | threading.Event] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
-
-    def prepare(self) -> None:
-        """Start the thread, in a thread that may wait."""
-        if self._thread is None or not self._thread.is_alive():
-            self._thread = threading.Thread(target=self._pass_on, name="bioscara-log", daemon=True)
-            self._thread.start()
 
     def add(self, level: int, text: str) -> None:
         """Log a text soon; returns at once."""
-        self._ends.put((level, text))
+        if not _configured():
+            return
+        if self._thread is None or not self._thread.is_alive():
+            self._thread = threading.Thread(target=self._pass_on, name="bioscara-log", daemon=True)
+            self._thread.start()
+        self._texts.put((level, text))
 
     def flush(self) -> None:
         """Wait until the handlers have got everything, unless they take too long."""
         if self._thread is not None and self._thread.is_alive():
             passed = threading.Event()
-            self._ends.put(passed)
+            self._texts.put(passed)
             passed.wait(_PATIENCE)
 
     def _pass_on(self) -> None:
         while True:
-            end = self._ends.get()
-            if isinstance(end, threading.Event):
-                end.set()
+            text = self._texts.get()
+            if isinstance(text, threading.Event):
+                text.set()
             else:
-                log.log(*end)
+                log.log(*text)
 
 
 _LATER = _Later()
 flush = _LATER.flush
 
 
-def called(name: str) -> None:
-    """Log that an operation is requested."""
-    log.info("%s called", name)
+def called(name: str, *, in_loop: bool = False) -> None:
+    """Log that an operation is requested, after the ends of those before it.
+
+    Args:
+        name: Its call.
+        in_loop: Whether this thread runs a control loop, as in a callback of a motion.
+    """
+    _tell(logging.INFO, f"{name} called", in_loop=in_loop)
 
 
-def refused(name: str, error: BaseException) -> None:
-    """Log that a call was refused, so that nothing moved."""
-    log.warning("%s refused: %s", name, error)
+def refused(name: str, error: BaseException, *, in_loop: bool = False) -> None:
+    """Log that a call was refused, so that nothing moved; arguments as :func:`called`."""
+    _tell(logging.WARNING, f"{name} refused: {error}", in_loop=in_loop)
 
 
 @contextmanager
-def logged(operation: Running[Any], *, wait: bool) -> Iterator[None]:
+def logged(operation: Running[Any], *, wait: bool, in_loop: bool = False) -> Iterator[None]:
     """Log the end of an operation, which is begun within the block, or that it was refused.
 
     Args:
         operation: The operation.
         wait: Whether it has ended at the end of the block.
+        in_loop: As of :func:`called`.
     """
-    waits = wait or not _configured()
-    if not waits:
-        _LATER.prepare()
     try:
         yield
     except BaseException as error:
         if operation.begun:
-            log.log(*_end(operation.name, error))
+            _tell(*_end(operation.name, error), in_loop=in_loop)
         else:
-            refused(operation.name, error)
+            refused(operation.name, error, in_loop=in_loop)
         raise
     if wait:
-        log.log(*_end(operation.name, operation.error))
-    elif not waits:
+        _tell(*_end(operation.name, operation.error), in_loop=in_loop)
+    else:
         operation.when_done(lambda: _LATER.add(*_end(operation.name, operation.error)))
+
+
+def _tell(level: int, text: str, *, in_loop: bool) -> None:
+    if in_loop:
+        _LATER.add(level, text)
+    else:
+        flush()
+        log.log(level, "%s", text)
 
 
 def _end(name: str, error: BaseException | None) -> tuple[int, str]:
