@@ -22,7 +22,7 @@ with robot:
     robot.scene = Scene(table_height=0.0)
     robot.gripper.move(OPEN)
     for place in (FROM, TO):
-        above = place._replace(z=place.z + LIFT)
+        above = place.up(LIFT)
         robot.move_to(above)
         robot.move_linear(place, velocity_scaling=0.3)
         if robot.load is None:

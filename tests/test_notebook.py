@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import operator
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from bioscara import BioscaraError, Pose, Samples
+from bioscara import BioscaraError, InvalidArgumentError, Pose, Samples
 from bioscara.errors import ControllerError
 from entries import entry
 from simulated import simulated_robot
@@ -93,3 +95,30 @@ def test_each_value_is_one_line_and_a_table(robot: Any) -> None:
 def test_texts_are_no_html(robot: Any) -> None:
     html = robot.plan.move_relative(z=0.01)._replace(notes=("a < b",))._repr_html_()
     assert "a &lt; b" in html
+
+
+def test_plans_and_samples_are_drawn_and_are_frames(robot: Any, tmp_path: Path) -> None:
+    plan, samples = robot.plan.move_relative(z=0.01), Samples()
+    robot.move_relative(z=-0.01, on_cycle=samples)
+    for value, axes in ((plan, 1), (samples, 12)):
+        picture = value.plot()
+        assert picture._repr_png_().startswith(b"\x89PNG")
+        assert len(picture.axes) >= axes
+    frame = plan.trajectory.to_pandas()
+    assert list(frame)[:5] == ["time", "j1_position", "j2_position", "j3_position", "j4_position"]
+    assert frame["time"].iloc[-1] == plan.duration
+    assert frame["j2_position"].to_list() == plan.trajectory.positions[:, 1].tolist()
+    with pytest.raises(InvalidArgumentError, match=r"no samples to plot; .* on_cycle=samples"):
+        Samples().plot()
+
+
+def test_a_pose_is_higher_by_up_and_by_nothing_else() -> None:
+    pose = Pose(0.3, 0.1, 0.2, 0.5)
+    assert pose.up(0.05) == pytest.approx(Pose(0.3, 0.1, 0.25, 0.5))
+    assert pose.up(-0.05).up(0.05) == pytest.approx(pose)
+    for parts in ((pose, (0.0, 0.0, 0.05)), (pose, pose), ((0.1,), pose)):
+        with pytest.raises(InvalidArgumentError, match=r"cannot be added to: pose\.up\(0\.05\)"):
+            operator.add(*parts)
+    for distance, complaint in ((50.0, "millimetres"), (math.nan, "nan")):
+        with pytest.raises(InvalidArgumentError, match=complaint):
+            pose.up(distance)

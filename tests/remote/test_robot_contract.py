@@ -258,8 +258,10 @@ def test_refusals_carry_their_class_text_and_data(robot: Any) -> None:
 
 
 def test_a_moving_arm_refuses_other_calls_and_names_the_running_motion(robot: Any) -> None:
+    assert robot.is_at_rest
     operation = robot.move_joints(LONG, wait=False)
     assert robot.is_moving
+    assert not robot.is_at_rest
     with pytest.raises(BusyError) as busy:
         robot.move_joints(HALF)
     assert busy.value.running == "move_joints()"
@@ -285,6 +287,8 @@ def test_a_pause_holds_the_motion_until_it_is_resumed(robot: Any) -> None:
     operation.resume()
     robot.pause()
     assert not operation.wait(0.05)
+    eventually(lambda: robot.is_at_rest)
+    assert robot.is_moving
     robot.resume()
     assert operation.wait(10.0)
     assert operation.result() is None
@@ -455,6 +459,21 @@ def test_the_jaws_move_grasp_and_release(robot: Any) -> None:
     jaws.disable()
     assert math.isnan(jaws.width)
     assert "not driven" in repr(jaws)
+
+
+def test_the_present_position_is_taught_and_found_again(robot: Any) -> None:
+    taught = robot.teach("gate")
+    assert taught.joints == pytest.approx(HALF, abs=2e-3)
+    assert taught in robot.table.poses
+    with pytest.raises(InvalidArgumentError, match=r"there is a pose gate already; .*overwrite"):
+        robot.teach("gate")
+    robot.move_joints((0.4, *HALF[1:]))
+    assert robot.teach("gate", overwrite=True).joints.j1 == pytest.approx(0.4, abs=2e-3)
+    robot.move_joints(HALF)
+    motion = robot.move_named("gate")
+    assert robot.state.positions[0] == pytest.approx(0.4, abs=2e-3)
+    assert all("times as long" in note for note in motion.notes)
+    assert robot.warnings == ()
 
 
 def test_the_workspace_comes_back_as_it_was_set(robot: Any) -> None:
