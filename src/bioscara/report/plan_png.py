@@ -22,7 +22,8 @@ from bioscara.report.png import available, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+
+    from bioscara.report.picture import Picture
 
 Array = npt.NDArray[np.float64]
 
@@ -93,7 +94,7 @@ def draw_plan(
     tool: ToolLimits,
     title: str = "",
     scene: Scene = FREE,
-) -> Figure:
+) -> Picture:
     """Return the picture; arguments and errors as :func:`write_plan`."""
     require_matplotlib()
     # Imported here: it takes a second to import.

@@ -21,6 +21,8 @@ from bioscara.whole_files import replacing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from bioscara.report.picture import Picture
+
 Array = npt.NDArray[np.float64]
 
 
@@ -77,7 +79,7 @@ class Curves(NamedTuple):
     reference_velocity: Array
 
 
-def draw(title: str, time: str, joints: Sequence[Curves]) -> Figure:
+def draw(title: str, time: str, joints: Sequence[Curves]) -> Picture:
     """Draw position, velocity and tracking error of every joint.
 
     Args:

@@ -18,7 +18,8 @@ from bioscara.report.sample_file import header
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.figure import Figure
+
+    from bioscara.report.picture import Picture
 
 Array = npt.NDArray[np.float64]
 
@@ -88,7 +89,7 @@ class Samples:
                 rows.append((f"{name}: highest speed", speed, f"{unit}/s"))
         return table(rows)
 
-    def plot(self) -> Figure:
+    def plot(self) -> Picture:
         """Draw position, velocity and tracking error of every joint.
 
         A notebook shows the figure; elsewhere ``samples.plot().savefig("motion.png")`` writes it.

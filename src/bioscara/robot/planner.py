@@ -38,7 +38,7 @@ from bioscara.planning.trajectory.retiming import stretch_factor, stretched
 from bioscara.robot.workspace.workspace import Workspace
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from bioscara.report.picture import Picture
 
 ACCELERATION_SHARE = 0.8
 """Share of a joint's acceleration that motions planned here use. At full acceleration a joint that
@@ -84,7 +84,7 @@ class Plan(NamedTuple):
         """Duration of the trajectory [s]."""
         return self.trajectory.duration
 
-    def plot(self) -> Figure:
+    def plot(self) -> Picture:
         """Draw joints and tool with their limits, and the path of the tool among the zones.
 
         A notebook shows the figure; elsewhere ``plan.plot().savefig("plan.png")`` writes it.
