@@ -287,6 +287,20 @@ def test_a_client_that_missed_the_end_of_its_motion_asks_for_it(
         assert operation.result(10.0) is None
 
 
+def test_a_warning_reaches_a_client_with_its_call_and_its_time(caplog: Any) -> None:
+    with arm_served(speed=500.0) as served, Robot.connect(f"arm:{NAME}") as robot:
+        robot.pause()
+        begun = robot.state.time
+        operation = robot.move_joints(LONG, wait=False)
+        (warning,) = robot.warnings
+        assert warning.startswith("move_joints() begins paused: it moves after resume()")
+        assert warning.time >= begun
+        robot.resume()
+        assert operation.result(10.0) is None
+        assert [e.text for e in served.owner.events._kept if e.what == "warning"] == [warning]
+    assert "Exception in callback" not in caplog.text
+
+
 def test_an_owner_that_has_to_be_a_process_is_no_other(served: Served) -> None:
     for pid in (os.getpid(), os.getpid() + 1):
         link = OwnerLink(NAME, lambda _: None, lambda _: None, pid=pid)

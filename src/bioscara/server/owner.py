@@ -335,7 +335,7 @@ class Owner:
             if self._warnings[shift:] == warnings[: len(self._warnings) - shift]:
                 break
         for warning in warnings[len(self._warnings) - shift :]:
-            self._warn(warning)
+            self._warn(str(warning))
         self._warnings = warnings
 
     def _warn(self, text: str) -> None:

@@ -15,15 +15,13 @@ class ArmWarning(str):
 
     Attributes:
         time: As given; NaN if it is not known.
-        call: As given.
     """
 
     time: float
-    call: str
 
     def __new__(cls, text: str, time: float = math.nan, call: str = "") -> ArmWarning:
         """Return the text as a warning."""
         named = not call or text.startswith(call)
         made = super().__new__(cls, text if named else f"{call}: {text}")
-        made.time, made.call = time, call
+        made.time = time
         return made
