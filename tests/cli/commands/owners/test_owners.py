@@ -137,6 +137,7 @@ def test_enable_and_disable_return_at_once(arm: Served, said: Said) -> None:
 
 
 def test_events_and_log_are_listed(arm: Served, said: Said) -> None:
+    said("status")  # its connection and its end are events
     out = said.output("events")
     numbers = [int(line.split()[0]) for line in out.splitlines()]
     assert numbers == list(range(1, numbers[-1] + 1))
