@@ -1,8 +1,8 @@
 """Build a release: ``python -m tools.release FOLDER``, or ``make dist``.
 
-Both distributions, each as sdist and as the wheel that is built from this sdist; the images of the
-joints, which the wheel has as well; and SHA256SUMS. The files are those that git tracks, and the
-time in all of them is that of the last commit, so that two builds are equal.
+A release is: the sdist of each distribution, the wheel that is built from it, the images of the
+joints (the wheel of bioscara contains them, too), and SHA256SUMS. Only files that git tracks are
+packed. Every file gets the time of the last commit, so that two builds are equal.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class Arm:
 
         Args:
             text: What happened.
-            call: The call that it concerns; None for those that use the arm.
+            call: Name of the call in the warning; None for the calls that use the arm now.
         """
         self.stack.supervisor.warn(text, self.session.clock.now(), call)
 

@@ -122,7 +122,7 @@ class Supervisor:
         Args:
             text: What happened.
             time: Now [s].
-            call: The call that it concerns; None for the one that uses the arm, if any.
+            call: Name of the call in the warning; None for the calls that use the arm now.
         """
         self.warnings.append(ArmWarning(text, time, self.calls() if call is None else call))
 
