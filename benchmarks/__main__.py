@@ -25,6 +25,7 @@ TOPICS = {
     "linear": "Lines of the tool",
     "point_to_point": "Point to point",
     "server": "The owner and its clients",
+    "hostile": "Hostile clients",
     "ros": "ROS 2",
     "files": "Reading files",
     "recording": "Recording",
