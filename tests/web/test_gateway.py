@@ -94,7 +94,7 @@ def test_a_port_in_use_is_refused(served: str) -> None:
 def test_a_connection_that_asks_for_nothing_is_ended(
     served: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(gateway_module, "_REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr(gateway_module, "HEAD_TIMEOUT", 0.2)
     gateway = Gateway(GatewaySettings(served, port=0))
     headers = {"Authorization": f"Bearer {gateway.tokens.of(Scope.VIEW)}"}
     with running_gateway(gateway):

@@ -17,6 +17,7 @@ from bioscara.api import framing, messages as m
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.clients import connection
 from bioscara.web.gateway import Gateway, GatewaySettings
+from bioscara.web import protocols
 from bioscara.web.owner import relay
 from bioscara.web.routes import websocket
 from processes import wait_until
@@ -258,9 +259,9 @@ def test_who_floods_is_cut_off_and_others_are_not(own: Site) -> None:
     with own.client(Scope.VIEW) as other, own.client(Scope.VIEW) as flooding:
         text = json.dumps(request)
         with suppress(ConnectionClosed):
-            for _ in range(100 * relay.MESSAGES):
+            for _ in range(100 * protocols.VIEWER_MESSAGES):
                 flooding.socket.send(text)
-        assert flooding.closed() in {(1008, "more than 200 messages in a second"), (1006, "")}
+        assert flooding.closed() in {(1008, "more than 60 messages in a second"), (1006, "")}
         assert other.request("get_state")["kind"] == "state"
 
 

@@ -20,14 +20,9 @@ from bioscara.api.failures import failure_of
 from bioscara.errors import AccessError, BioscaraError, OwnerLostError, ProtocolError
 from bioscara.printing import printable
 from bioscara.robot.tasks.scope import Scope
-from bioscara.web.access.rate_limit import RateLimit
 from bioscara.web.owner.outbox import Outbox
 from bioscara.web.owner.stream import OwnerStream
 
-MESSAGES = 200
-"""Messages that a client may send in a second."""
-_UNIT = 64 << 10
-"""A longer message counts as several: one for each so many bytes."""
 SEND_TIMEOUT = 20.0
 """Time for which a client may read nothing until it is cut off [s]."""
 _UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1003, 1007, 1008, 1012, 1013
@@ -79,7 +74,6 @@ class Relay:
 
     def __init__(self, websocket: WebSocket, arm: str, client: WebClient) -> None:
         self._websocket, self._arm, self._client = websocket, arm, client
-        self._rate = RateLimit(MESSAGES, MESSAGES)
         self._outbox = Outbox()
         self._greeted = False
         self._welcomed = asyncio.Event()
@@ -169,16 +163,8 @@ class Relay:
             text = received.get("text")
             if text is None:
                 return Closing(_UNSUPPORTED, "a message is JSON, as text")
-            payload = text.encode()
-            if not self._rate.take(1.0 + len(payload) / _UNIT):
-                _log.warning(
-                    "client %s is cut off: it sent more than %d messages in a second",
-                    self._client.address,
-                    MESSAGES,
-                )
-                return Closing(_REFUSED, f"more than {MESSAGES} messages in a second")
             try:
-                closing = await self._pass(owner, payload)
+                closing = await self._pass(owner, text.encode())
             except (TimeoutError, WebSocketDisconnect):
                 return None
             except OSError:
