@@ -138,6 +138,7 @@ class Listener(socket.socket):
 
     connections: Connections
     patience: float
+    _accepted = 0
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Accept a connection.
@@ -146,12 +147,11 @@ class Listener(socket.socket):
             BlockingIOError: None waits, or others have their turn first.
             OSError: There is no memory, or no file is free.
         """
-        accepted = getattr(self, "_accepted", 0)
-        if accepted >= _AT_ONCE:
+        if self._accepted >= _AT_ONCE:
             raise BlockingIOError
-        if not accepted:
+        if not self._accepted:
             asyncio.get_running_loop().call_soon(setattr, self, "_accepted", 0)
-        self._accepted = accepted + 1
+        self._accepted += 1
         try:
             plain, address = super().accept()
         except OSError as error:

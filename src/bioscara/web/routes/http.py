@@ -19,6 +19,7 @@ from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.guard import Credential, failure_body
 from bioscara.web.owner.queries import RequestFailedError
+from bioscara.web.owner.relay import WebClient
 
 JSON = "application/json"
 _BODIES = 4
@@ -78,6 +79,11 @@ def needs(scope: Scope) -> Callable[[HTTPConnection], Credential]:
 
 
 Viewer = Annotated[Credential, Depends(needs(Scope.VIEW))]
+
+
+def client_of(credential: Credential) -> WebClient:
+    """Return the client of a request, as the owner knows it."""
+    return WebClient(credential.scope, credential.address, credential.value)
 
 
 def add_refusals(app: FastAPI) -> None:
