@@ -145,7 +145,7 @@ class Guard:
         # A token that is to be exchanged has a limit there, which only wrong ones use up.
         signs_in = scope["path"] == SESSION and not safe
         limits = self._limits(scope["path"])
-        if not signs_in and not limits.take(_requester(credential, address)):
+        if not signs_in and not limits.take(requester(credential, address)):
             raise _RefusedError(HTTPStatus.TOO_MANY_REQUESTS, "too many requests in a second")
         if credential is None and not public:
             raise _RefusedError(
@@ -192,7 +192,7 @@ class Guard:
         return None
 
 
-def _requester(credential: Credential | None, address: str) -> str:
+def requester(credential: Credential | None, address: str) -> str:
     """Return whose requests are counted together: others cannot use up those of a credential."""
     if credential is None:
         return address
