@@ -1,8 +1,9 @@
 """A client that moves a served arm to and fro until it is killed: ``mover.py ARM``.
 
-It writes ``moving`` once the arm moves at constant speed, ``stopped TIME`` after each motion that
-was cancelled, with the time at which the first sample of the deceleration arrived, and ``fault
-TEXT`` when the arm has one. The times are of the clock that all processes share.
+It writes ``moving`` once the arm moves at constant speed, ``turning`` before the end of the way,
+``stopped TIME`` after each motion that was cancelled, with the time at which the first sample of
+the deceleration arrived, and ``fault TEXT`` when the arm has one. The times are of the clock that
+all processes share.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ SPEED = 0.3
 """Share of the largest velocity: one way takes some 25 s."""
 STEADY = 5
 """Samples of equal speed after which it is constant."""
+NEAR = 0.2
+"""Distance from the end of the way at which the arm turns soon [rad]."""
 SLOWER = 0.95
 """Share of the constant speed below which the arm decelerates."""
 
@@ -32,6 +35,13 @@ class Watch:
         self._last: m.StateSample | None = None
         self._speed = self._steady = 0.0
         self.decelerated = 0.0
+        self._is_near = False
+
+    def is_near(self, end: float) -> bool:
+        """Return whether the arm has just come near the end of its way."""
+        was, last = self._is_near, self._last
+        self._is_near = last is not None and abs(last.commands[0] - end) < NEAR
+        return self._is_near and not was
 
     def look(self, sample: m.StateSample) -> bool:
         """Take a sample; return whether the speed is constant from this one on."""
@@ -40,7 +50,9 @@ class Watch:
             return False
         speed = abs(sample.commands[0] - last.commands[0]) / (sample.time - last.time)
         if self._steady >= STEADY:
-            if speed < SLOWER * self._speed and not self.decelerated:
+            if speed > SLOWER * self._speed:
+                self.decelerated = 0.0  # A late cycle.
+            elif not self.decelerated:
                 self.decelerated = time.monotonic()
             return False
         same = speed > 0.0 and abs(speed - self._speed) < 1e-3 * speed
@@ -54,8 +66,8 @@ def say(text: str) -> None:
     sys.stdout.flush()
 
 
-def move(client: RawClient, epoch: int, task: tasks.AnyTask) -> m.GoalValue:
-    """Carry a task out; return its goal, ended."""
+def move(client: RawClient, epoch: int, task: m.AnyTask, end: float = 0.0) -> str:
+    """Carry a task out, which moves the first joint to ``end``; return how its goal has ended."""
     watch = Watch()
     goal = client.request(m.Start(task=task), epoch).goal
     client.samples.clear()
@@ -68,11 +80,13 @@ def move(client: RawClient, epoch: int, task: tasks.AnyTask) -> m.GoalValue:
                 raise SystemExit(1)
             if watch.look(message):
                 say("moving")
+            elif watch.is_near(end):
+                say("turning")
         elif message.goal is not None and message.goal.goal == goal.goal and message.goal.done:
             client.events.clear()
             if message.goal.status != "succeeded":
                 say(f"stopped {watch.decelerated}")
-            return message.goal
+            return str(message.goal.status)
 
 
 def main() -> None:
@@ -85,7 +99,7 @@ def main() -> None:
                 task = tasks.MoveJoints(
                     positions=ENDS[turn % 2], velocity_scaling=SPEED, acceleration_scaling=1.0
                 )
-                turn += move(client, client.acquire(), task).status == "succeeded"
+                turn += move(client, client.acquire(), task, ENDS[turn % 2][0]) == "succeeded"
             except BioscaraError as error:
                 # Another STOP came before the next motion.
                 sys.stderr.write(f"{error}\n")

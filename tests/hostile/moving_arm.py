@@ -22,10 +22,12 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+from websockets.sync.client import connect
 
 from bioscara.api import runtime
 from bioscara.api.runtime import find
-from processes import LIMIT, environment, started, wait_until
+from processes import LIMIT, environment, started, wait_for_line, wait_until
+from web.gateways import WebClientOfTest
 
 NAME = "hostile"
 LATENCY = 0.5
@@ -36,7 +38,7 @@ GROWTH = 256 << 20
 LOG_MAX = 1 << 20
 """Length that a log may have, of one minute [byte]."""
 PYTHON = (sys.executable, "-u")
-_MOVER = Path(__file__).with_name("mover.py")
+_MOVER, _FLOOD = (Path(__file__).with_name(name) for name in ("mover.py", "flood.py"))
 
 
 @dataclass
@@ -58,6 +60,7 @@ class MovingArm:
     tokens: dict[str, str] = field(default_factory=dict)
     _lines: queue.Queue[str] = field(default_factory=queue.Queue)
     _memory: dict[int, int] = field(default_factory=dict)
+    _is_moving: bool = False
     _begin: float = field(default_factory=time.monotonic)
 
     @property
@@ -76,8 +79,9 @@ class MovingArm:
         return {"Authorization": f"Bearer {self.tokens[scope]}"}
 
     def until_moving(self) -> None:
-        """Wait until the arm moves at constant speed."""
-        self._line("moving")
+        """Wait until the arm moves at constant speed, and will for a while."""
+        while not self._is_moving or not self._lines.empty():
+            self._line()
 
     def stop(self, stop: Callable[[], object]) -> float:
         """Stop the arm while it moves; return the time from the call to the deceleration [s].
@@ -88,8 +92,10 @@ class MovingArm:
         self.until_moving()
         begin = time.monotonic()
         stop()
-        while (decelerated := float(self._line("stopped").split()[1])) < begin:
+        while not (line := self._line()).startswith("stopped"):
             pass
+        decelerated = float(line.split()[1])
+        assert decelerated > begin, "it decelerated before the STOP"
         return decelerated - begin
 
     def post_stop(self, scope: str = "view") -> None:
@@ -98,16 +104,47 @@ class MovingArm:
             answer = client.post("/api/stop", headers=self.bearer(scope))
         assert answer.status_code == 200, answer.text
 
-    def _line(self, word: str) -> str:
-        end = time.monotonic() + LIMIT
-        while True:
-            try:
-                line = self._lines.get(timeout=max(end - time.monotonic(), 0.01))
-            except queue.Empty:
-                raise AssertionError(f"the arm is not {word} within {LIMIT:g} s") from None
-            assert not line.startswith("fault"), line
-            if line.startswith(word):
-                return line
+    @contextmanager
+    def flooded(self, kind: str, count: int = 1, scope: str = "view") -> Iterator[None]:
+        """Let a hostile client of the gateway flood it for a block of code, see flood.py."""
+        host, port = self.address
+        words = [*PYTHON, str(_FLOOD), host, str(port), self.tokens[scope], kind, str(count)]
+        with started(words, stdout=subprocess.PIPE, env=environment()) as flood:
+            wait_for_line(flood, "flooding")
+            yield
+
+    def round_trips(self, seconds: float, scope: str = "operate") -> list[float]:
+        """Return the times of requests on a WebSocket that follow one another, sorted [s].
+
+        Args:
+            seconds: Time to measure [s].
+            scope: Scope of the token.
+        """
+        found = []
+        with connect(
+            self.origin.replace("http", "ws", 1) + "/ws",
+            additional_headers=self.bearer(scope),
+            compression=None,
+            open_timeout=LIMIT,
+        ) as socket:
+            client = WebClientOfTest(socket)
+            client.greet("operator")
+            end = time.monotonic() + seconds
+            while (begin := time.monotonic()) < end:
+                client.request("get_lease")
+                found.append(time.monotonic() - begin)
+                time.sleep(0.01)
+        return sorted(found)
+
+    def _line(self) -> str:
+        """Return the next line of the client that moves the arm."""
+        try:
+            line = self._lines.get(timeout=LIMIT)
+        except queue.Empty:
+            raise AssertionError(f"the arm did not change its motion within {LIMIT:g} s") from None
+        assert not line.startswith("fault"), line
+        self._is_moving = line.startswith("moving")
+        return line
 
     def begin_check(self) -> None:
         """Remember the memory of the processes."""
@@ -192,7 +229,6 @@ def moving_arm(folder: Path, *words: str, web: bool = True, **options: Any) -> I
         reader.start()
         arm.begin_check()
         arm.until_moving()
-        arm._lines.put("moving")
         yield arm
         arm.check()
 

@@ -12,6 +12,7 @@ import asyncio
 import errno
 import resource
 import socket
+import time
 from typing import Any
 
 from bioscara.errors import ConfigurationError
@@ -21,6 +22,8 @@ KNOWN, VIEWERS = 256, 192
 """Largest number of connections with a credential, and of those that may only look."""
 NEWCOMERS = 64
 """Places of those without."""
+PENALTY = 2.0
+"""Time for which a client that was cut off may open no WebSocket [s]."""
 _FILES = 1024
 """Files that the gateway has open at most: for each connection one to the owner, and others."""
 _AT_ONCE = 16
@@ -33,6 +36,7 @@ class Connection:
 
     Attributes:
         file: Number of its socket.
+        client: Whose messages are counted together with its own; empty before a credential.
         scope: The rights of the credential that has come on it; None before.
         has_place: Whether it has one of the places of those with a credential.
     """
@@ -41,6 +45,7 @@ class Connection:
         self._connections, self._socket, self.file = connections, accepted, accepted.fileno()
         self._transport: asyncio.Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
+        self.client = ""
         self.scope: Scope | None = None
         self.has_place = False
 
@@ -48,10 +53,19 @@ class Connection:
         """Take note of its transport, once TLS has begun."""
         self._transport = transport
 
-    def admit(self, scope: Scope) -> bool:
+    def admit(self, client: str, scope: Scope) -> bool:
         """Take note of a credential; return whether there is a place for it."""
-        self.scope = scope
+        self.client, self.scope = client, scope
         return self._connections.admit(self)
+
+    def cut_off(self) -> None:
+        """Let its client open no WebSocket for a while."""
+        self._connections.cut_off(self.client)
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether its client may open no WebSocket now."""
+        return self._connections.is_cut_off(self.client)
 
     def end_after(self, time: float | None) -> None:
         """End it after a time, unless another one is set before that [s]; None for no limit."""
@@ -79,6 +93,8 @@ class Connections:
         self._all: dict[int, Connection] = {}
         """By the numbers of their files, the oldest first."""
         self._newcomers: dict[int, Connection] = {}
+        self._cut_off: dict[str, float] = {}
+        """When each client that was cut off may open a WebSocket again."""
         self._places = {False: 0, True: 0}
         """Number of places that are taken, by whether their scope is to look only."""
 
@@ -126,6 +142,16 @@ class Connections:
         connection.has_place = True
         self._newcomers.pop(connection.file, None)
         return True
+
+    def cut_off(self, client: str) -> None:
+        """Let a client open no WebSocket for :data:`PENALTY`."""
+        now = time.monotonic()
+        self._cut_off = {each: until for each, until in self._cut_off.items() if until > now}
+        self._cut_off[client] = now + PENALTY
+
+    def is_cut_off(self, client: str) -> bool:
+        """Return whether a client may open no WebSocket now."""
+        return self._cut_off.get(client, 0.0) > time.monotonic()
 
 
 class Listener(socket.socket):

@@ -28,9 +28,10 @@ from bioscara.web.access.addresses import (
 from bioscara.web.access.browser_sessions import BrowserSessions
 from bioscara.web.access.certificates import fingerprint, self_signed
 from bioscara.web.access.tokens import default_path, load_tokens, view_token
+from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.app import guarded, make_app
 from bioscara.web.connections import Connections, Listener, allow_files
-from bioscara.web.protocols import HEAD_TIMEOUT, CountedWebSocket, TimedHttp
+from bioscara.web.protocols import HEAD_TIMEOUT, VIEWER_MESSAGES, CountedWebSocket, TimedHttp
 from bioscara.web.settings import WebSettings
 
 LOOPBACK = "127.0.0.1"
@@ -223,7 +224,7 @@ def _config(
         config = uvicorn.Config(
             app,
             http=partial(TimedHttp, connections),  # type: ignore[arg-type]
-            ws=CountedWebSocket,
+            ws=partial(CountedWebSocket, RateLimits(VIEWER_MESSAGES, VIEWER_MESSAGES)),  # type: ignore[arg-type]
             ws_max_size=framing.REQUEST_MAX,
             ws_per_message_deflate=False,  # compression takes longer than it saves, and can leak
             loop="asyncio",

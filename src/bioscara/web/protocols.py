@@ -12,14 +12,15 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import CloseCode, Frame
 
 from bioscara.robot.tasks.scope import Scope
-from bioscara.web.access.rate_limit import RateLimit
+from bioscara.web.access.rate_limit import RateLimit, RateLimits
 from bioscara.web.connections import Connection, Connections
 
 HEAD_TIMEOUT, BODY_TIMEOUT = 10.0, 40.0
 """Time in which the head of a request has to come, with TLS where it is the first one, and its body
 after that [s]: routes that read a body have shorter limits."""
-MESSAGES, VIEWER_MESSAGES = 200, 60
-"""Frames that the client of a WebSocket may send in a second, and one that may only look."""
+MESSAGES, VIEWER_MESSAGES = 200, 100
+"""Frames that may come on a WebSocket in a second, and on all those of a client that may only look
+(the windows of a browser, or the programs of a computer)."""
 _UNIT, _VIEWER_UNIT = 64 << 10, 8 << 10
 """A longer frame counts as several: one for each so many bytes."""
 _SLICE = 1 << 10
@@ -86,10 +87,18 @@ class TimedHttp(H11Protocol):
 
 
 class CountedWebSocket(WebSocketsSansIOProtocol):
-    """A WebSocket whose frames are counted, of each kind; beyond the rate it is closed."""
+    """A WebSocket whose frames are counted, of each kind; beyond the rate it is closed.
 
-    _rate: RateLimit | None = None
+    Args:
+        viewers: Counts the frames of clients that may only look.
+        **options: Of uvicorn.
+    """
+
     _cut_off = False
+
+    def __init__(self, viewers: RateLimits, **options: Any) -> None:
+        super().__init__(**options)
+        self._viewers, self._rate = viewers, RateLimit(MESSAGES, MESSAGES)
 
     def data_received(self, data: bytes) -> None:
         """Take bytes of the client, a few at a time: parsing thousands of pings takes a second."""
@@ -107,12 +116,16 @@ class CountedWebSocket(WebSocketsSansIOProtocol):
 
     def _may_send(self, frames: list[Frame]) -> bool:
         connection: Connection = self.app_state["connection"]
-        views = connection.scope == Scope.VIEW
-        most, unit = (VIEWER_MESSAGES, _VIEWER_UNIT) if views else (MESSAGES, _UNIT)
-        if self._rate is None:
-            self._rate = RateLimit(most, most)
-        if self._rate.take(sum(1.0 + len(frame.data) / unit for frame in frames)):
+        length = sum(len(frame.data) for frame in frames)
+        if connection.scope == Scope.VIEW:
+            most = VIEWER_MESSAGES
+            taken = self._viewers.take(connection.client, len(frames) + length / _VIEWER_UNIT)
+        else:
+            most = MESSAGES
+            taken = self._rate.take(len(frames) + length / _UNIT)
+        if taken:
             return True
+        connection.cut_off()
         address = self.client[0] if self.client else ""
         reason = f"more than {most} messages in a second"
         _log.warning("client %s is cut off: it sent %s", address, reason)

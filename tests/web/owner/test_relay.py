@@ -297,7 +297,7 @@ def test_who_floods_is_cut_off_and_others_are_not(own: Site) -> None:
         with suppress(ConnectionClosed):
             for _ in range(100 * protocols.VIEWER_MESSAGES):
                 flooding.socket.send(text)
-        assert flooding.closed() in {(1008, "more than 60 messages in a second"), (1006, "")}
+        assert flooding.closed() in {(1008, "more than 100 messages in a second"), (1006, "")}
         assert other.request("get_state")["kind"] == "state"
 
 

@@ -22,7 +22,7 @@ from bioscara.web.access.addresses import OwnAddresses
 from bioscara.web.access.browser_sessions import BrowserSession, BrowserSessions
 from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.access.tokens import Tokens
-from bioscara.web.connections import Connection
+from bioscara.web.connections import PENALTY, Connection
 
 REQUESTS = 50
 """Requests that a credential, or an address without one, may send in a second; and as many stops,
@@ -159,7 +159,15 @@ class Guard:
                 "the request has no Origin; a browser sends one, a program a token as Bearer",
             )
         connection: Connection | None = scope.get("state", {}).get("connection")
-        if credential is None or connection is None or connection.admit(credential.scope):
+        if credential is None or connection is None:
+            return credential, True
+        has_place = connection.admit(requester(credential, address), credential.scope)
+        if scope["type"] == "websocket" and connection.is_cut_off:
+            raise _RefusedError(
+                HTTPStatus.TOO_MANY_REQUESTS,
+                f"a WebSocket of this client sent too many messages; wait {PENALTY:g} s",
+            )
+        if has_place:
             return credential, True
         # Of a WebSocket its route sees to it that only a STOP gets through.
         if scope["type"] == "websocket" or STOP.fullmatch(scope["path"]):
