@@ -18,7 +18,7 @@ class RegularFile(type(Path())):  # type: ignore[misc]  # the class of this syst
 
     __slots__ = ()
 
-    def open(self, *_: Any, **__: Any) -> BinaryIO:  # type: ignore[override]
+    def open(self, *_: Any, **__: Any) -> BinaryIO:
         """Open it for reading as bytes.
 
         Raises:

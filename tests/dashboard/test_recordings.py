@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from bioscara import Robot
-
 from bioscara.dashboard.recordings import recorded_samples, recording_of, recordings
 from bioscara.errors import InvalidArgumentError, RecordingError
 from bioscara.recording.reading.contents import Contents

@@ -91,8 +91,7 @@ def recordings(folder: Path, arm: str) -> list[RecordingEntry]:
 
 
 def recording_of(folder: Path, arm: str, name: str) -> RegularFile | None:
-    """Return the file of a name of the list, which is read as a regular one only; None if there is
-    none."""
+    """Return the file of a name of the list; None if there is none."""
     return next((p for p in RecordingFolder(folder, arm, 0).files() if p.name == name), None)
 
 

@@ -41,10 +41,10 @@ class LogLimit(logging.Filter):
     def filter(self, record: logging.LogRecord) -> bool:
         """Return whether a record is written."""
         with self._deciding:
-            if not hasattr(record, "within_limit"):
-                record.within_limit = self._decide(record)
-            decided: bool = record.within_limit
-        return decided
+            kept = vars(record)
+            if "within_limit" not in kept:
+                kept["within_limit"] = self._decide(record)
+            return bool(kept["within_limit"])
 
     def _decide(self, record: logging.LogRecord) -> bool:
         place, now = (record.pathname, record.lineno), self._clock()

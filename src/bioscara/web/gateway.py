@@ -27,8 +27,8 @@ from bioscara.web.access.addresses import (
 )
 from bioscara.web.access.browser_sessions import BrowserSessions
 from bioscara.web.access.certificates import fingerprint, self_signed
-from bioscara.web.access.tokens import default_path, load_tokens, view_token
 from bioscara.web.access.rate_limit import RateLimits
+from bioscara.web.access.tokens import default_path, load_tokens, view_token
 from bioscara.web.app import guarded, make_app
 from bioscara.web.connections import Connections, Listener, allow_files
 from bioscara.web.protocols import HEAD_TIMEOUT, VIEWER_MESSAGES, CountedWebSocket, TimedHttp

@@ -96,9 +96,7 @@ def make_app(settings: WebSettings, viewed: Viewed, look: Look | None) -> FastAP
     async def nearest(
         joints: Annotated[list[float], Query()], request: Request, _: Viewer
     ) -> Response:
-        return json(
-            await work.do(request, clearance, viewed.parameters, viewed.workspace, joints)
-        )
+        return json(await work.do(request, clearance, viewed.parameters, viewed.workspace, joints))
 
     return app
 

@@ -16,8 +16,8 @@ from websockets.exceptions import ConnectionClosed
 from bioscara.api import framing, messages as m
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.clients import connection
-from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web import protocols
+from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web.owner import relay
 from bioscara.web.routes import websocket
 from processes import wait_until

@@ -70,7 +70,8 @@ class RecordingFolder:
             OSError: One cannot be deleted.
         """
         sizes = [(path, path.stat().st_size) for path in self.files()]
-        total, deleted = sum(size for _, size in sizes), []
+        total = sum(size for _, size in sizes)
+        deleted: list[Path] = []
         for path, size in sizes:
             if total <= self._keep or path == written:
                 break

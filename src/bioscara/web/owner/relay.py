@@ -91,9 +91,7 @@ class Relay:
         full: Why the client may send nothing but a STOP; empty if it may.
     """
 
-    def __init__(
-        self, websocket: WebSocket, arm: str, client: WebClient, full: str = ""
-    ) -> None:
+    def __init__(self, websocket: WebSocket, arm: str, client: WebClient, full: str = "") -> None:
         self._websocket, self._arm, self._client, self._full = websocket, arm, client, full
         self._left = asyncio.Event()
         self._outbox = Outbox()
@@ -190,9 +188,7 @@ class Relay:
             return Closing(_REFUSED, "the connection ended before a hello came")
         return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
 
-    async def _up(
-        self, owner: OwnerStream, used: Callable[[], None] | None
-    ) -> Closing | None:
+    async def _up(self, owner: OwnerStream, used: Callable[[], None] | None) -> Closing | None:
         """Pass the messages of the client on that it may send."""
         while True:
             received = await self._websocket.receive()
@@ -234,8 +230,8 @@ class Relay:
             await self._refuse(None, ProtocolError("a request came before hello"))
             return Closing(_REFUSED, "a request came before hello")
         if self._full and not _is_stop(message):
-            return Closing(_LATER, self._full)
-        if isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
+            self._left.set()
+        elif isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
             await self._refuse(message.id, AccessError(text))
         else:
             if isinstance(message, m.ClientRequest) and isinstance(message.command, m.Pause):

@@ -83,9 +83,7 @@ def _add_stop(app: FastAPI, settings: WebSettings) -> None:
         summary="Stop all motion; a token that may look is enough.",
         responses={200: {"content": schema(m.Done)}},
     )
-    async def stop(
-        credential: Viewer, bioscara_session: Annotated[str, Header()] = ""
-    ) -> Response:
+    async def stop(credential: Viewer, bioscara_session: Annotated[str, Header()] = "") -> Response:
         # A connection of its own: it waits behind no other request, and has the client's name. In
         # the session of the same client's WebSocket it leaves the lease, and is no further event.
         client, session = client_of(credential), bioscara_session

@@ -23,6 +23,4 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
     async def nearest(request: Request, _: Viewer) -> Response:
         description, workspace = await facts.description(), await facts.workspace()
         joints = await joints_now(queries)
-        return json(
-            await work.do(request, clearance, description.parameters, workspace, joints)
-        )
+        return json(await work.do(request, clearance, description.parameters, workspace, joints))

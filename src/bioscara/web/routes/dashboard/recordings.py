@@ -77,9 +77,7 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
         summary="Evenly chosen samples of a recording.",
         responses=verdicts(RecordedSamples),
     )
-    async def samples(
-        request: Request, name: str, _: Viewer, count: _Count = 2000
-    ) -> Response:
+    async def samples(request: Request, name: str, _: Viewer, count: _Count = 2000) -> Response:
         path = await path_of(request, name)
         content = await work.do(request, judged, recorded_samples, path, count)
         return Response(content, media_type=JSON)

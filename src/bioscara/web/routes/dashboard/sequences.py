@@ -83,8 +83,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         return await answered(request, dry_run_of, parameters, workspace, joints, first, last)
 
 
-def _judged_of_json(
-    function: Callable[..., object], body: bytes, *arguments: Any
-) -> bytes:
+def _judged_of_json(function: Callable[..., object], body: bytes, *arguments: Any) -> bytes:
     """Return the verdict of a function on the content of a body in JSON, and on more."""
     return judged(function, decoded(body, "the sequence", object), *arguments)

@@ -82,9 +82,7 @@ class Work:
         pool = self._pools[credential.scope == Scope.VIEW]
         client = requester(credential, credential.address)
         loop = asyncio.get_running_loop()
-        working = loop.create_task(
-            pool.run(client, _TIMEOUT, partial(function, *args, **kwargs))
-        )
+        working = loop.create_task(pool.run(client, _TIMEOUT, partial(function, *args, **kwargs)))
         leaving = loop.create_task(_left(request))
         try:
             await asyncio.wait((working, leaving), return_when=asyncio.FIRST_COMPLETED)
