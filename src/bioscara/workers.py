@@ -1,50 +1,165 @@
 """Processes that do work for others: they are started before, and bounded in time and memory.
 
-What a client asks for is computed here and not in the process that moves an arm, whose threads it
+The answers to clients are computed here and not in the process that moves an arm, whose threads it
 would keep waiting: Python runs one at a time, and one that decodes or plans delays a control cycle.
 """
 
 from __future__ import annotations
 
 import asyncio
+import atexit
+import gc
+import importlib
 import io
-import multiprocessing
 import os
 import pickle
 import resource
+import select
 import signal
+import socket
+import subprocess
+import sys
 import threading
+import traceback
 from collections import deque
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from bioscara.errors import BusyOwnerError, EffortError
 
-_P = ParamSpec("_P")
 _T = TypeVar("_T")
 
 _MEBIBYTE = 1 << 20
+_REQUEST_MAX, _FILES_MAX = 64 << 10, 8
+"""Longest request for a process [byte], and its most sockets."""
+_MODULE = "bioscara.workers"
 _PATIENCE = 1.0
-"""Time in which a process that was killed has to end [s]."""
+"""Time in which it has to end once no process can ask any more [s]."""
 
 
-def forking_early(modules: Sequence[str] = ()) -> ForkServerContext:
-    """Return the context of processes that fork from one which has imported modules already.
+class _Nursery:
+    """The process from which others fork, once it has imported their modules.
 
-    Such a process begins in some milliseconds. It has nothing of the process that asks for it: no
-    bus, no locked memory, and no priority if the thread that asks first has none.
-
-    Args:
-        modules: Names of the modules; only those of the first call in a process count.
+    What forks from it begins in some milliseconds, and has nothing of the process that asks for it:
+    no bus, no locked memory, and no priority if the thread that asked first had none. All processes
+    that came from it share it. It ends with the last process that can ask.
     """
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__, *modules])
-    return context
+
+    def __init__(self) -> None:
+        self._asking = threading.Lock()
+        self._control: socket.socket | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._modules: tuple[str, ...] = ()
+        atexit.register(self._forget)
+
+    def adopt(self, control: socket.socket) -> None:
+        """Use the nursery from which this process came."""
+        self._control = control
+
+    def start(self, modules: Sequence[str] = ()) -> None:
+        """Begin to import modules; returns at once, and does nothing if that has begun already."""
+        with self._asking:
+            more = [each for each in modules if each not in self._modules]
+            self._modules = (*self._modules, *more)
+            self._started(anew=bool(more))
+
+    def spawn(
+        self, function: Callable[..., object], *args: Any, sockets: Sequence[socket.socket]
+    ) -> None:
+        """Let a new process call a function with sockets, which it gets, and arguments.
+
+        Args:
+            function: The function, of a module.
+            *args: Its last arguments, picklable.
+            sockets: Its first arguments; to be closed here.
+        """
+        request = pickle.dumps((function, args))
+        with self._asking:
+            for control in (self._started(), None):
+                control = control or self._started(anew=True)  # noqa: PLW2901
+                try:
+                    files = [control.fileno(), *(each.fileno() for each in sockets)]
+                    socket.send_fds(control, [request], files)
+                except (BrokenPipeError, ConnectionError):
+                    continue
+                return
+        raise EffortError("the process from which others fork ends at once")
+
+    def _started(self, *, anew: bool = False) -> socket.socket:
+        if self._control is None or anew:
+            self._forget()
+            self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            with theirs:
+                # The interpreter of a child forks in one thread: those of BLAS would be lost.
+                self._process = subprocess.Popen(  # noqa: S603  this program
+                    [sys.executable, "-m", _MODULE, str(theirs.fileno()), *self._modules],
+                    pass_fds=[theirs.fileno()],
+                    env={
+                        **os.environ,
+                        "OPENBLAS_NUM_THREADS": "1",
+                        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+                    },
+                    stdin=subprocess.DEVNULL,
+                )
+        return self._control
+
+    def _forget(self) -> None:
+        """Let it end, if this process has begun it and no other one uses it."""
+        if self._control is not None:
+            self._control.close()
+            self._control = None
+        if self._process is not None:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_PATIENCE)
+            self._process = None
+
+
+_nursery = _Nursery()
+start_early, spawn = _nursery.start, _nursery.spawn
+
+
+def main() -> None:
+    """Import modules, then fork a process for each request, until no process can ask any more."""
+    listener = socket.socket(fileno=int(sys.argv[1]))
+    # Ctrl-C is for the process that asks, which then ends its workers.
+    for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(each, signal.SIG_IGN)
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no process waits for them
+    for module in sys.argv[2:]:
+        importlib.import_module(module)
+    gc.freeze()
+    while True:
+        request, files, _, _ = socket.recv_fds(listener, _REQUEST_MAX, _FILES_MAX)
+        if not request:
+            return
+        if os.fork() == 0:
+            listener.close()
+            _begin(request, files)
+        for file in files:
+            os.close(file)
+
+
+def _begin(request: bytes, files: Sequence[int]) -> NoReturn:
+    """Call the requested function, then end this process."""
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    status = 1
+    try:
+        control, *sockets = [socket.socket(fileno=file) for file in files]
+        # That of the module, not of this program, which has the module's code under another name.
+        importlib.import_module(_MODULE)._nursery.adopt(control)  # noqa: SLF001
+        function, args = pickle.loads(request)  # noqa: S301  of our process
+        function(*sockets, *args)
+        status = 0
+    except BaseException:  # noqa: BLE001  the process ends, and says why
+        traceback.print_exc()
+    finally:
+        with suppress(OSError, ValueError):
+            sys.stderr.flush()
+        os._exit(status)
 
 
 class Worker:
@@ -54,25 +169,21 @@ class Worker:
     is interrupted ends the process; the next call begins another one.
 
     Args:
-        name: What it does, for the list of the processes.
         memory: Memory that a call may take [MiB].
         nice: Amount by which it gives way to other processes.
     """
 
-    def __init__(self, name: str, *, memory: int, nice: int = 0) -> None:
-        self._name, self._memory, self._nice = name, memory, nice
-        self._calling = threading.Lock()
-        self._process: ForkServerProcess | None = None
+    def __init__(self, *, memory: int, nice: int = 0) -> None:
+        self._memory, self._nice = memory, nice
+        self._calling, self._ending = threading.Lock(), threading.Lock()
+        self._socket: socket.socket | None = None
         self._connection: Connection | None = None
+        self._process: int | None = None
+        """A descriptor of the process, as its number may be that of another one later."""
         self._closed = False
 
-    @property
-    def pid(self) -> int | None:
-        """Number of the process; None before the first call, and between two processes."""
-        return None if self._process is None else self._process.pid
-
     def start(self) -> None:
-        """Begin the process; a call does that too."""
+        """Begin the process; a call does that too. Returns before it has imported anything."""
         with self._calling:
             self._started()
 
@@ -89,8 +200,8 @@ class Worker:
             Exception: As the function does.
         """
         with self._calling:
-            connection = self._started()
             try:
+                connection = self._ready()
                 connection.send_bytes(_pickled((function, args)))
                 if not connection.poll(timeout):
                     raise EffortError(f"it takes longer than {timeout:g} s; ask for less at once")
@@ -108,9 +219,12 @@ class Worker:
 
     def interrupt(self) -> None:
         """End the call that runs, if one does; from any thread."""
-        if (process := self._process) is not None:
-            with suppress(OSError, ValueError):
-                process.kill()
+        with self._ending, suppress(OSError):
+            if self._process is not None:
+                signal.pidfd_send_signal(self._process, signal.SIGKILL)
+            elif self._socket is not None:
+                # It has not begun, and finds the connection closed.
+                self._socket.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
         """End the process, also in a call; none can begin any more."""
@@ -123,27 +237,35 @@ class Worker:
         if self._connection is None:
             if self._closed:
                 raise EffortError("the process that computes is closed")
-            context = forking_early()
-            self._connection, theirs = context.Pipe()
-            self._process = context.Process(
-                target=_serve,
-                args=(theirs, self._memory, self._nice),
-                name=self._name,
-                daemon=True,
-            )
-            self._process.start()
-            theirs.close()
+            ours, theirs = socket.socketpair()
+            with theirs:
+                spawn(_serve, self._memory, self._nice, sockets=[theirs])
+            self._socket, self._connection = ours, Connection(os.dup(ours.fileno()))
         return self._connection
 
+    def _ready(self) -> Connection:
+        """Return the connection to the process, once that has begun."""
+        if self._process is not None and select.select([self._process], [], [], 0.0)[0]:
+            self._end()  # it was interrupted just after a call
+        connection = self._started()
+        if self._process is None:
+            pid = int.from_bytes(connection.recv_bytes(), "big")
+            with self._ending:
+                self._process = os.pidfd_open(pid)
+        return connection
+
     def _end(self) -> None:
-        process, connection = self._process, self._connection
-        self._process = self._connection = None
-        if connection is not None:
-            connection.close()
-        if process is not None:
-            process.kill()
-            process.join(_PATIENCE)
-            process.close()
+        self.interrupt()
+        with self._ending:
+            if self._process is not None:
+                os.close(self._process)
+                self._process = None
+            if self._socket is not None:
+                self._socket.close()
+                self._socket = None
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
 
 
 class WorkerPool:
@@ -152,7 +274,7 @@ class WorkerPool:
     Clients have turns: however much one asks for, another one's first request is next.
 
     Args:
-        name: What they do.
+        name: Name of their threads.
         workers: Number of them.
         memory: Memory that a call may take [MiB].
         nice: Amount by which they give way to other processes.
@@ -163,7 +285,7 @@ class WorkerPool:
     def __init__(
         self, name: str, workers: int, *, memory: int, nice: int, each: int, most: int
     ) -> None:
-        self._workers = [Worker(name, memory=memory, nice=nice) for _ in range(workers)]
+        self._workers = [Worker(memory=memory, nice=nice) for _ in range(workers)]
         self._idle = list(self._workers)
         self._threads = ThreadPoolExecutor(workers, name)
         self._each, self._most = each, most
@@ -174,7 +296,7 @@ class WorkerPool:
         self._turns = 0
 
     def start(self) -> None:
-        """Begin all processes; takes as long as their imports."""
+        """Begin all processes; returns at once."""
         for worker in self._workers:
             worker.start()
 
@@ -184,7 +306,7 @@ class WorkerPool:
         """Return the result of a function; if this is cancelled, its process ends.
 
         Args:
-            client: Who asks.
+            client: The client.
             timeout: Time that it may take from its begin [s].
             function: The function, picklable as its arguments and its result.
             *args: Its arguments.
@@ -277,30 +399,28 @@ def _pickled(value: object) -> bytes:
     return stream.getvalue()
 
 
-def _serve(connection: Connection, memory: int, nice: int) -> None:
+def _serve(other: socket.socket, memory: int, nice: int) -> None:
     """Call functions until the other end is closed."""
-    # Ctrl-C is for the process that asks, which then ends this one.
-    for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(each, signal.SIG_IGN)
+    connection = Connection(other.detach())
+    connection.send_bytes(os.getpid().to_bytes(8, "big"))
     if nice:
         os.nice(nice)
     limit = _data_size() + memory * _MEBIBYTE
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
     while True:
         try:
-            function, args = pickle.loads(connection.recv_bytes())  # noqa: S301  of our process
+            request = connection.recv_bytes()
         except (EOFError, OSError):
             return
-        answer: tuple[bool, Any]
         try:
-            answer = False, function(*args)
-            data = _pickled(answer)
+            function, args = pickle.loads(request)  # noqa: S301  of our process
+            data = _pickled((False, function(*args)))
         except MemoryError:
             text = f"it takes more than {memory} MiB of memory; ask for less at once"
             data = _pickled((True, EffortError(text)))
         except Exception as error:  # noqa: BLE001  raised where it was called
             data = _pickled((True, error))
-        answer = function = args = None  # type: ignore[assignment]  # not kept while it waits
+        request = function = args = None  # type: ignore[assignment]  # not kept while it waits
         try:
             connection.send_bytes(data)
         except OSError:
@@ -313,3 +433,7 @@ def _data_size() -> int:
         if line.startswith("VmData:"):
             return 1024 * int(line.split()[1])
     return 0
+
+
+if __name__ == "__main__":
+    main()
