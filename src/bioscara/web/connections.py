@@ -31,7 +31,7 @@ _AT_ONCE = 16
 _NO_ROOM = {errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM}
 
 
-class Connection:
+class AcceptedConnection:
     """A connection of a client, from its acceptance to its end.
 
     Attributes:
@@ -90,9 +90,9 @@ class Connections:
     """All connections of a gateway."""
 
     def __init__(self) -> None:
-        self._all: dict[int, Connection] = {}
+        self._all: dict[int, AcceptedConnection] = {}
         """By the numbers of their files, the oldest first."""
-        self._newcomers: dict[int, Connection] = {}
+        self._newcomers: dict[int, AcceptedConnection] = {}
         self._cut_off: dict[str, float] = {}
         """When each client that was cut off may open a WebSocket again."""
         self._places = {False: 0, True: 0}
@@ -101,15 +101,15 @@ class Connections:
     def __len__(self) -> int:
         return len(self._all)
 
-    def find(self, file: int) -> Connection:
+    def find(self, file: int) -> AcceptedConnection:
         """Return the connection whose socket has a number."""
         return self._all[file]
 
-    def opened(self, accepted: socket.socket) -> Connection:
+    def opened(self, accepted: socket.socket) -> AcceptedConnection:
         """Take a new connection."""
         if len(self._newcomers) >= NEWCOMERS:
             self.end_oldest()
-        made = Connection(self, accepted)
+        made = AcceptedConnection(self, accepted)
         self._all[made.file] = self._newcomers[made.file] = made
         return made
 
@@ -130,7 +130,7 @@ class Connections:
         self._newcomers.pop(next(iter(self._newcomers))).end()
         return True
 
-    def admit(self, connection: Connection) -> bool:
+    def admit(self, connection: AcceptedConnection) -> bool:
         """Give a connection with a credential a place, if it has none yet and there is one."""
         if connection.has_place:
             return True

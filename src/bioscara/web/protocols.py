@@ -13,7 +13,7 @@ from websockets.frames import CloseCode, Frame
 
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.rate_limit import RateLimit, RateLimits
-from bioscara.web.connections import Connection, Connections
+from bioscara.web.connections import AcceptedConnection, Connections
 
 HEAD_TIMEOUT, BODY_TIMEOUT = 10.0, 40.0
 """Time in which the head of a request has to come, with TLS where it is the first one, and its body
@@ -115,7 +115,7 @@ class CountedWebSocket(WebSocketsSansIOProtocol):
         super().handle_events()
 
     def _may_send(self, frames: list[Frame]) -> bool:
-        connection: Connection = self.app_state["connection"]
+        connection: AcceptedConnection = self.app_state["connection"]
         length = sum(len(frame.data) for frame in frames)
         if connection.scope == Scope.VIEW:
             most = VIEWER_MESSAGES

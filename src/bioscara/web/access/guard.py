@@ -22,7 +22,7 @@ from bioscara.web.access.addresses import OwnAddresses
 from bioscara.web.access.browser_sessions import BrowserSession, BrowserSessions
 from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.access.tokens import Tokens
-from bioscara.web.connections import PENALTY, Connection
+from bioscara.web.connections import PENALTY, AcceptedConnection
 
 REQUESTS = 50
 """Requests that a credential, or an address without one, may send in a second; and as many stops,
@@ -158,7 +158,7 @@ class Guard:
                 HTTPStatus.FORBIDDEN,
                 "the request has no Origin; a browser sends one, a program a token as Bearer",
             )
-        connection: Connection | None = scope.get("state", {}).get("connection")
+        connection: AcceptedConnection | None = scope.get("state", {}).get("connection")
         if credential is None or connection is None:
             return credential, True
         has_place = connection.admit(requester(credential, address), credential.scope)

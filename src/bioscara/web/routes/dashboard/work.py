@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 from http import HTTPStatus
 from typing import Any, ParamSpec, TypeVar
 
 from fastapi import Request
 
-from bioscara.errors import BioscaraError
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.guard import Credential, requester
 from bioscara.web.routes.http import HttpError
-from bioscara.workers import WorkerPool, forking_early
+from bioscara.workers import WorkerPool, start_early
 
 _MODULES = (
     "bioscara.dashboard.clearance",
@@ -46,21 +44,16 @@ class Work:
     """
 
     def __init__(self) -> None:
-        forking_early(_MODULES)
+        start_early(_MODULES)
         self._pools = {
             views: WorkerPool(name, 1, memory=_MEMORY, nice=_NICE, each=_EACH, most=_MOST)
             for views, name in ((True, "viewers"), (False, "operators"))
         }
-        self._starting: asyncio.Future[None] | None = None
 
     def start(self) -> None:
-        """Begin the processes, while the event loop goes on; the first work does that too."""
-        self._starting = asyncio.get_running_loop().run_in_executor(None, self._start)
-
-    def _start(self) -> None:
-        with suppress(BioscaraError):  # closed already
-            for pool in self._pools.values():
-                pool.start()
+        """Begin the processes; the first work does that too."""
+        for pool in self._pools.values():
+            pool.start()
 
     async def do(
         self, request: Request, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs
@@ -98,8 +91,6 @@ class Work:
         """End the processes, and what they do."""
         for pool in self._pools.values():
             await pool.close()
-        if self._starting is not None:
-            await self._starting
 
 
 async def _left(request: Request) -> None:
