@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from bioscara import Robot
-from bioscara.dashboard import recordings
-from bioscara.dashboard.recordings import Recordings, recorded_samples
+from bioscara.dashboard.recordings import recorded_samples, recording_of, recordings
 from bioscara.errors import InvalidArgumentError, RecordingError
 from bioscara.recording.reading.contents import Contents
 from bioscara.recording.reading.extent import Extent, extent_of
@@ -60,12 +59,11 @@ def test_the_newest_is_listed_first_and_other_files_are_left_out(
     names = ["left-20260101T000000Z.mcap", "left-20260101T000000Z-2.mcap"]
     for name in (*names, "right-20260101T000000Z.mcap", "left-notes.mcap", "left.yaml"):
         (tmp_path / name).write_bytes(made.read_bytes())
-    listed = Recordings(tmp_path, "left")
-    assert [entry.name for entry in listed.entries()] == names[::-1]
-    assert listed.path_of(names[0]) == tmp_path / names[0]
+    assert [entry.name for entry in recordings(tmp_path, "left")] == names[::-1]
+    assert recording_of(tmp_path, "left", names[0]) == tmp_path / names[0]
     for name in ("left.yaml", "right-20260101T000000Z.mcap", f"../{tmp_path.name}/{names[0]}"):
-        assert listed.path_of(name) is None
-    assert Recordings(tmp_path / "absent", "left").entries() == []
+        assert recording_of(tmp_path, "left", name) is None
+    assert recordings(tmp_path / "absent", "left") == []
 
 
 @pytest.mark.parametrize("count", [2, 100, 20_000])
@@ -95,11 +93,18 @@ def test_a_file_without_samples_is_refused(made: Path, tmp_path: Path) -> None:
         recorded_samples(path, 100)
 
 
-def test_few_extents_are_remembered(
-    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_link_that_took_the_place_of_a_recording_is_not_followed(
+    made: Path, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(recordings, "_MOST_KNOWN", 2)
-    for number in range(5):
-        (tmp_path / f"left-2026010{number}T000000Z.mcap").write_bytes(made.read_bytes())
-    listed = Recordings(tmp_path, "left")
-    assert len(listed.entries()) == len(listed.entries()) == 5
+    path = tmp_path / "left-20260101T000000Z.mcap"
+    path.write_bytes(made.read_bytes())
+    found = recording_of(tmp_path, "left", path.name)
+    assert found is not None
+    assert recorded_samples(found, 2).total
+    path.unlink()
+    path.symlink_to(made)
+    with pytest.raises(RecordingError, match="cannot be read"):
+        recorded_samples(found, 2)
+    with pytest.raises(OSError, match=r"symbolic links"):
+        found.open()
+    assert recordings(tmp_path, "left") == []

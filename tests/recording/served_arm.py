@@ -74,7 +74,7 @@ class Recording:
         """End it; return its files."""
         self._ended.set()
         self._thread.join()
-        return self.folder.files()
+        return [*self.folder.files()]
 
 
 @contextmanager

@@ -7,6 +7,7 @@ import json
 import re
 import socket
 import ssl
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,10 @@ from websockets.asyncio.client import connect
 from bioscara.api import runtime
 from bioscara.errors import AccessError, ConfigurationError, OwnerLostError
 from bioscara.robot.tasks.scope import Scope
-from bioscara.web import gateway as gateway_module
+from bioscara.web import gateway as gateway_module, protocols
 from bioscara.web.access.certificates import fingerprint, self_signed
 from bioscara.web.gateway import Gateway, GatewaySettings
+from entries import entry
 from web.gateways import Site, WebClientOfTest, arm, running_gateway
 
 
@@ -94,7 +96,7 @@ def test_a_port_in_use_is_refused(served: str) -> None:
 def test_a_connection_that_asks_for_nothing_is_ended(
     served: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(gateway_module, "_REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr(gateway_module, "HEAD_TIMEOUT", 0.2)
     gateway = Gateway(GatewaySettings(served, port=0))
     headers = {"Authorization": f"Bearer {gateway.tokens.of(Scope.VIEW)}"}
     with running_gateway(gateway):
@@ -112,6 +114,45 @@ def test_a_connection_that_asks_for_nothing_is_ended(
             assert slow.recv(1) == b""
             # One that has become a WebSocket stays.
             assert client.request("get_lease")["kind"] == "lease_state"
+
+
+@pytest.mark.usefixtures("local")
+def test_a_request_that_does_not_end_is_ended_in_each_of_its_shapes(
+    served: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gateway_module, "HEAD_TIMEOUT", 0.4)
+    monkeypatch.setattr(protocols, "HEAD_TIMEOUT", 0.4)
+    monkeypatch.setattr(protocols, "BODY_TIMEOUT", 0.4)
+    plain = Gateway(GatewaySettings(served, port=0))
+    secure = Gateway(GatewaySettings(served, port=0, self_signed=True))
+    with running_gateway(plain), running_gateway(secure):
+        host = f"Host: {plain.url[7:-1]}\r\n"
+        whole = f"GET /healthz HTTP/1.1\r\n{host}"
+        shapes = {
+            "silent": (plain, ""),
+            "slow head": (plain, whole),
+            "slow body": (plain, f"{whole}Content-Length: 99\r\n\r\n"),
+            "half a second request": (plain, f"{whole}\r\n{whole}"),
+            "slow handshake": (secure, "\x16\x03\x01\x02\x00"),
+        }
+        for shape, (gateway, sent) in shapes.items():
+            address = "127.0.0.1", int(gateway.url.rpartition(":")[2].rstrip("/"))
+            with entry(shape), socket.create_connection(address, timeout=5.0) as slow:
+                slow.sendall(sent.encode("latin-1"))
+                begin = time.monotonic()
+                # A byte now and then is no progress.
+                while time.monotonic() < begin + 4.0:
+                    try:
+                        slow.sendall(b"x")
+                        slow.settimeout(0.1)
+                        while slow.recv(4096):
+                            pass
+                        break
+                    except TimeoutError:
+                        continue
+                    except OSError:
+                        break
+                assert time.monotonic() - begin < 3.0
 
 
 async def greeted(address: str, trusting: ssl.SSLContext, headers: dict[str, str]) -> str:

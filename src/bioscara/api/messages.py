@@ -423,7 +423,10 @@ class Command(ApiMessage, frozen=True, forbid_unknown_fields=True):
 
 
 class Query(Command, frozen=True):
-    """Base of the commands that change nothing: carried out again when they come again."""
+    """Base of the commands that are carried out again when they come again.
+
+    They change nothing, or stop the arm.
+    """
 
     scope = Scope.VIEW
 
@@ -566,10 +569,8 @@ class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
     share: float
 
 
-class StopAll(Command, frozen=True, tag="stop"):
+class StopAll(Query, frozen=True, tag="stop"):
     """Stop all motion on its path; needs no lease, and revokes that of another client."""
-
-    scope = Scope.VIEW
 
 
 class SimulateFault(Command, frozen=True, tag="simulate_fault"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 
 import msgspec
@@ -15,6 +16,7 @@ from bioscara.recording.reading.extent import Extent, extent_of
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan
 from bioscara.recording.writing.folder import RecordingFolder
+from bioscara.regular_file import RegularFile
 from bioscara.rosbag.recording_file import is_being_written
 
 FEWEST, MOST = 2, 20_000
@@ -69,45 +71,33 @@ class RecordedSamples(msgspec.Struct, frozen=True):
     total: int
 
 
-class Recordings:
-    """The recordings of an arm in a folder.
+def recordings(folder: Path, arm: str) -> list[RecordingEntry]:
+    """Return the recordings of an arm, newest first; a file deleted meanwhile is left out.
 
     Args:
-        folder: The folder.
+        folder: Their folder.
         arm: Name of its owner.
     """
-
-    def __init__(self, folder: Path, arm: str) -> None:
-        self._folder = RecordingFolder(folder, arm, 0)
-        self._known: dict[tuple[str, int, int], Extent] = {}
-
-    def entries(self) -> list[RecordingEntry]:
-        """Return the recordings, newest first; a file deleted meanwhile is left out."""
-        found = []
-        for path in reversed(self._folder.files()):
-            try:
-                extent = self._extent(path)
-                writing = not extent.complete and is_being_written(path)
-            except (RecordingError, OSError):
-                continue
-            found.append(RecordingEntry(path.name, *extent, writing))
-        return found
-
-    def path_of(self, name: str) -> Path | None:
-        """Return the file of a name of the list; None if there is none."""
-        return next((path for path in self._folder.files() if path.name == name), None)
-
-    def _extent(self, path: Path) -> Extent:
+    found = []
+    for path in reversed(RecordingFolder(folder, arm, 0).files()):
         try:
             status = path.stat()
-        except OSError as error:
-            raise RecordingError(f"{path} cannot be read: {error.strerror}") from error
-        key = path.name, status.st_size, status.st_mtime_ns
-        if key not in self._known:
-            if len(self._known) >= _MOST_KNOWN:
-                self._known.clear()
-            self._known[key] = extent_of(path)
-        return self._known[key]
+            extent = _extent(path, status.st_size, status.st_mtime_ns)
+            writing = not extent.complete and is_being_written(path)
+        except (RecordingError, OSError):
+            continue
+        found.append(RecordingEntry(path.name, *extent, writing))
+    return found
+
+
+def recording_of(folder: Path, arm: str, name: str) -> RegularFile | None:
+    """Return the file of a name of the list; None if there is none."""
+    return next((p for p in RecordingFolder(folder, arm, 0).files() if p.name == name), None)
+
+
+@lru_cache(_MOST_KNOWN)
+def _extent(path: Path, size: int, changed: int) -> Extent:  # noqa: ARG001  both of the cache
+    return extent_of(path)
 
 
 def recorded_samples(path: Path, count: int) -> RecordedSamples:

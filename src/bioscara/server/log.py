@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 
 from bioscara.api.messages import LogLines
 from bioscara.printing import printable
+from bioscara.server.log_limit import LogLimit
 
 _KEPT = 2000
 """Number of lines that are kept for clients."""
@@ -78,7 +79,7 @@ kept = KeptLines()
 
 
 def set_up(*, as_json: bool, least: int = logging.INFO) -> None:
-    """Let all loggers of this process write to the standard error stream.
+    """Let all loggers of this process write to the standard error stream, a few lines of a cause.
 
     Args:
         as_json: Whether to write JSON.
@@ -88,9 +89,9 @@ def set_up(*, as_json: bool, least: int = logging.INFO) -> None:
     handler.setLevel(least)
     journal = "JOURNAL_STREAM" in os.environ
     handler.setFormatter(_Json() if as_json else _Lines(journal=journal))
-    root = logging.getLogger()
+    root, limit = logging.getLogger(), LogLimit()
     for each in (handler, kept):
-        each.addFilter(_is_no_robots)
+        each.filters[:] = [_is_no_robots, limit]
     root.handlers[:] = [handler, kept]
     root.setLevel(logging.INFO)
 

@@ -32,6 +32,7 @@ from bioscara.web.routes.dashboard import (
     trajectories,
 )
 from bioscara.web.routes.dashboard.work import Work
+from bioscara.web.routes.http import Arriving
 from bioscara.web.settings import WebSettings
 
 PUBLIC = frozenset({*page.ASSETS, "/healthz", "/session"})
@@ -77,8 +78,9 @@ def make_app(settings: WebSettings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        work.start()
         yield
-        work.close()
+        await work.close()
         await served.close()
         await queries.close()
 
@@ -92,7 +94,7 @@ def make_app(settings: WebSettings) -> FastAPI:
         lifespan=lifespan,
     )
     app.state.sign_ins = RateLimits(SIGN_INS, SIGN_INS / SIGN_IN_PERIOD)
-    app.state.arriving = []
+    app.state.arriving = Arriving()
     http.add_refusals(app)
     page.add(app, settings.arm)
     session.add(app, settings)

@@ -8,11 +8,11 @@ import socket
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import uvicorn
 from starlette.types import ASGIApp
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bioscara.api import framing, runtime
 from bioscara.api.gateway_pages import Announcement
@@ -27,24 +27,25 @@ from bioscara.web.access.addresses import (
 )
 from bioscara.web.access.browser_sessions import BrowserSessions
 from bioscara.web.access.certificates import fingerprint, self_signed
+from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.access.tokens import default_path, load_tokens, view_token
 from bioscara.web.app import guarded, make_app
+from bioscara.web.connections import Connections, Listener, allow_files
+from bioscara.web.protocols import HEAD_TIMEOUT, VIEWER_MESSAGES, CountedWebSocket, TimedHttp
 from bioscara.web.settings import WebSettings
 
 LOOPBACK = "127.0.0.1"
 """The address that only this computer reaches."""
-CONNECTIONS = 256
-"""Connections at once; further ones are asked to wait."""
 SENT_AHEAD = 16 << 10
 """Bytes that the system keeps for a client that does not read; Linux doubles it."""
-_REQUEST_TIMEOUT = 10.0
-"""Time in which a connection has to send its first request [s]."""
 _DEAD = 30_000
 """Time after which the system ends a connection whose client takes nothing [ms]."""
 _PATIENCE = 3
 """Time in which the connections have to end at the end [s]."""
 _HEADERS_MAX = 16 << 10
 """Longest begin of a request, with all headers [byte]."""
+_QUEUE = 128
+"""Connections that wait until they are accepted."""
 _POLL = 0.1
 
 
@@ -87,24 +88,25 @@ class PageServer:
     """Serves routes to browsers; :meth:`run` serves until it is asked to end.
 
     Args:
-        listener: Listens; closed at the end.
+        listener: Of :func:`listening`; closed at the end.
         app: The routes, behind the check of each request.
         certificate: File of the certificate; None for no TLS.
         key: File of its key.
 
     Raises:
-        ConfigurationError: The certificate cannot be used.
+        ConfigurationError: The certificate cannot be used, or the system allows too few files.
     """
 
     def __init__(
         self,
-        listener: socket.socket,
+        listener: Listener,
         app: ASGIApp,
         certificate: Path | None = None,
         key: Path | None = None,
     ) -> None:
+        allow_files()
         self._listener = listener
-        self._server = _Server(_config(app, certificate, key))
+        self._server = _Server(_config(app, listener.connections, certificate, key))
 
     @property
     def started(self) -> bool:
@@ -206,34 +208,14 @@ class _Server(uvicorn.Server):
         yield
 
 
-class _TimedHttp(H11Protocol):
-    """A connection that ends unless its first request comes soon; uvicorn has no such limit."""
-
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin, with a limited time."""
-        super().connection_made(transport)
-        # Also of the WebSocket that it may become: waiting samples can be replaced before this.
-        # Not 0, with which asyncio's TLS pauses for an empty buffer, too.
-        transport.set_write_buffer_limits(high=1)
-        self._first = self.loop.call_later(_REQUEST_TIMEOUT, self._give_up)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """End."""
-        self._first.cancel()
-        super().connection_lost(exc)
-
-    def _give_up(self) -> None:
-        # A WebSocket has taken over the transport by then, and this protocol has no request.
-        if self.cycle is None and self.transport.get_protocol() is self:
-            self.transport.close()
-
-
 def _is_error(record: logging.LogRecord) -> bool:
     """Leave out the record that uvicorn makes of a WebSocket that was answered with a refusal."""
     return record.msg != "ASGI callable returned without completing handshake."
 
 
-def _config(app: ASGIApp, certificate: Path | None, key: Path | None) -> uvicorn.Config:
+def _config(
+    app: ASGIApp, connections: Connections, certificate: Path | None, key: Path | None
+) -> uvicorn.Config:
     for name in ("uvicorn", "uvicorn.error", "websockets"):
         # At lower levels they write headers, and so secrets, and a line for each bad request.
         logging.getLogger(name).setLevel(logging.ERROR)
@@ -241,8 +223,8 @@ def _config(app: ASGIApp, certificate: Path | None, key: Path | None) -> uvicorn
     try:
         config = uvicorn.Config(
             app,
-            http=_TimedHttp,
-            ws="websockets-sansio",
+            http=partial(TimedHttp, connections),  # type: ignore[arg-type]
+            ws=partial(CountedWebSocket, RateLimits(VIEWER_MESSAGES, VIEWER_MESSAGES)),  # type: ignore[arg-type]
             ws_max_size=framing.REQUEST_MAX,
             ws_per_message_deflate=False,  # compression takes longer than it saves, and can leak
             loop="asyncio",
@@ -251,7 +233,7 @@ def _config(app: ASGIApp, certificate: Path | None, key: Path | None) -> uvicorn
             access_log=False,
             proxy_headers=False,  # else a header could claim another address
             server_header=False,
-            limit_concurrency=CONNECTIONS,
+            backlog=_QUEUE,
             timeout_graceful_shutdown=_PATIENCE,
             h11_max_incomplete_event_size=_HEADERS_MAX,
             ssl_certfile=certificate,
@@ -300,7 +282,7 @@ def _certificate(
     return certificate, key
 
 
-def listening(host: str, port: int) -> socket.socket:
+def listening(host: str, port: int) -> Listener:
     """Return a socket that listens.
 
     Args:
@@ -313,7 +295,8 @@ def listening(host: str, port: int) -> socket.socket:
     host = require_host_name(host)
     found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     family, kind, protocol, _, address = found[0]
-    listener = socket.socket(family, kind | socket.SOCK_CLOEXEC, protocol)
+    listener = Listener(family, kind | socket.SOCK_CLOEXEC, protocol)
+    listener.connections, listener.patience = Connections(), HEAD_TIMEOUT
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         # Inherited by each connection. Without it the system would keep megabytes for a client
@@ -321,7 +304,7 @@ def listening(host: str, port: int) -> socket.socket:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENT_AHEAD)
         listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _DEAD)
         listener.bind(address)
-        listener.listen(128)
+        listener.listen(_QUEUE)
     except OSError as error:
         listener.close()
         raise ConfigurationError(

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from typing import Annotated
 
-from fastapi import FastAPI, Query, Response
+from fastapi import FastAPI, Query, Request, Response
 
 from bioscara.dashboard.clearance import clearance
 from bioscara.dashboard.viewed import Viewed, ViewedNow
@@ -64,7 +64,7 @@ def make_app(settings: WebSettings, viewed: Viewed, look: Look | None) -> FastAP
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
-        work.close()
+        await work.close()
 
     async def parameters() -> ArmParameters:
         return viewed.parameters
@@ -90,11 +90,13 @@ def make_app(settings: WebSettings, viewed: Viewed, look: Look | None) -> FastAP
     async def now(_: Viewer) -> Response:
         # One at a time: an observer has one connection.
         async with looking:
-            return json(await work.do(_seen, look))
+            return json(await asyncio.to_thread(_seen, look))
 
     @app.get("/api/clearance")
-    async def nearest(joints: Annotated[list[float], Query()], _: Viewer) -> Response:
-        return json(await work.do(clearance, viewed.parameters, viewed.workspace, joints))
+    async def nearest(
+        joints: Annotated[list[float], Query()], request: Request, _: Viewer
+    ) -> Response:
+        return json(await work.do(request, clearance, viewed.parameters, viewed.workspace, joints))
 
     return app
 

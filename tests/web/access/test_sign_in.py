@@ -10,7 +10,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from bioscara.robot.tasks.scope import Scope
-from bioscara.web.access.browser_sessions import LIFETIME, MOST, BrowserSessions
+from bioscara.web.access.browser_sessions import IDLE, LIFETIME, MOST, BrowserSessions
 from bioscara.web.access.guard import REQUESTS, SIGN_INS
 from web.gateways import Site, WebClientOfTest, site
 
@@ -90,11 +90,30 @@ def test_few_tokens_can_be_tried(own: Site) -> None:
             client.post("/session", json={"token": "0" * 32}).status_code for _ in range(SIGN_INS)
         ]
         assert found == [401] * SIGN_INS
-        refused = client.post("/session", json={"token": own.gateway.tokens.of(Scope.VIEW)})
-        assert refused.status_code == 429
+        assert client.post("/session", json={"token": "0" * 32}).status_code == 429
         assert client.get("/api/state", headers=own.bearer("0" * 32)).status_code == 429
-        # A program with a token is not hindered by clients that guess.
+        # The right token is not hindered by clients that guess, as a bearer and at a sign-in, also
+        # where they use up all requests of the address.
         assert client.get("/api/state", headers=own.bearer(Scope.VIEW)).status_code == 200
+        assert {client.get("/healthz").status_code for _ in range(3 * REQUESTS)} == {200, 429}
+        right = {"token": own.gateway.tokens.of(Scope.VIEW)}
+        assert client.post("/session", json=right).status_code == 200
+
+
+def test_a_new_sign_in_ends_the_former_session_of_the_browser(own: Site) -> None:
+    with own.signed_in(Scope.OPERATE) as browser:
+        former = own.cookie(browser)
+        with own.websocket(former) as connection:
+            client = WebClientOfTest(connection)
+            client.greet()
+            token = {"token": own.gateway.tokens.of(Scope.VIEW)}
+            assert browser.post("/session", json={"token": "0" * 32}).status_code == 401
+            assert client.request("get_lease")["kind"] == "lease_state"
+            assert browser.post("/session", json=token).status_code == 200
+            assert client.closed() == (1008, "signed out")
+        with own.http(headers=former) as other:
+            assert other.get("/api/state").status_code == 401
+        assert browser.get("/session").json()["scope"] == "view"
 
 
 def test_few_requests_a_second_are_taken_from_each(own: Site) -> None:
@@ -110,13 +129,13 @@ def test_few_requests_a_second_are_taken_from_each(own: Site) -> None:
 
 
 def test_browsers_expire_and_the_oldest_is_signed_out() -> None:
-    now = 0.0
-    sessions = BrowserSessions(lambda: now)
+    now = 0
+    sessions = BrowserSessions(lambda: float(now))
     value = sessions.begin(Scope.VIEW)
     session = sessions.find(value)
     assert session is not None
-    now = LIFETIME - 1.0
-    assert sessions.find(value) is session
+    for now in range(0, int(LIFETIME), int(IDLE) - 1):  # noqa: B007  read by the clock
+        assert sessions.find(value) is session
     for _ in range(MOST):
         sessions.begin(Scope.ADMIN)
     assert sessions.find(value) is session  # Others of another scope do not matter.
@@ -128,7 +147,7 @@ def test_browsers_expire_and_the_oldest_is_signed_out() -> None:
     assert sessions.find(value) is None
     assert len(sessions._sessions) == 2 * MOST
     latest = sessions.begin(Scope.ADMIN)
-    now += LIFETIME
+    now += int(IDLE)
     assert sessions.find(latest) is None
 
 

@@ -16,10 +16,12 @@ from websockets.exceptions import ConnectionClosed
 from bioscara.api import framing, messages as m
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.clients import connection
+from bioscara.web import protocols
 from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web.owner import relay
 from bioscara.web.routes import websocket
 from processes import wait_until
+from served import events_since
 from web.gateways import Site, WebClientOfTest, arm, running_gateway, site
 
 HOME = {"kind": "home"}
@@ -108,6 +110,41 @@ def test_a_stop_of_a_viewer_ends_the_lease_of_the_one_who_commands(left: Site) -
         event = operator.receive(lambda message: message.get("what") == "stop")
         assert event["client"] == "guest (view, 127.0.0.1)"
         assert viewer.request("get_lease")["lease"]["client"] is None
+
+
+def test_a_stop_by_post_and_by_socket_are_those_of_one_client(left: Site) -> None:
+    with (
+        left.signed_in(Scope.OPERATE) as browser,
+        left.signed_in(Scope.OPERATE) as another,
+        left.websocket(left.cookie(browser)) as connection,
+    ):
+        page = WebClientOfTest(connection)
+        page.greet(session="page")
+        epoch = page.request("acquire_lease", time_to_live=60.0)["lease"]["epoch"]
+        of_page = {"Bioscara-Session": "page"}
+        page.request("stop")
+        for _ in range(2):
+            assert browser.post("/api/stop", headers=of_page).status_code == 200
+        assert page.request("get_lease")["lease"]["epoch"] == epoch
+        assert page.request("renew_lease", epoch)["kind"] == "lease_state"
+        # Another browser, or a program, does not become the same client by the name of its session.
+        for number, headers in enumerate(({}, left.bearer(Scope.OPERATE))):
+            epoch = page.request("acquire_lease", time_to_live=60.0)["lease"]["epoch"]
+            sent = another.post("/api/stop", headers={**of_page, **headers})
+            assert sent.status_code == 200, number
+            assert page.request("get_lease")["lease"]["client"] is None
+        # Names that cannot be used hinder no STOP.
+        for name in ("", "x" * 1000):
+            headers = {"Bioscara-Session": name}
+            assert browser.post("/api/stop", headers=headers).status_code == 200
+        assert left.served is not None
+        events = events_since(left.served, page.welcome["last_event"])
+    stops = [event.text for event in events if event.what == "stop"]
+    ended = [text for text in stops if "ended the lease" in text]
+    assert len(ended) == 2
+    # The page's socket and POST, then those that cannot be told to be of the page.
+    assert stops[0].startswith("test (operate")
+    assert len(stops) == 1 + 2 + 2, stops
 
 
 @pytest.mark.parametrize(
@@ -258,9 +295,9 @@ def test_who_floods_is_cut_off_and_others_are_not(own: Site) -> None:
     with own.client(Scope.VIEW) as other, own.client(Scope.VIEW) as flooding:
         text = json.dumps(request)
         with suppress(ConnectionClosed):
-            for _ in range(100 * relay.MESSAGES):
+            for _ in range(100 * protocols.VIEWER_MESSAGES):
                 flooding.socket.send(text)
-        assert flooding.closed() in {(1008, "more than 200 messages in a second"), (1006, "")}
+        assert flooding.closed() in {(1008, "more than 100 messages in a second"), (1006, "")}
         assert other.request("get_state")["kind"] == "state"
 
 
@@ -320,11 +357,25 @@ def test_there_is_a_largest_number_of_connections(
 ) -> None:
     monkeypatch.setattr(websocket, "WEBSOCKETS", 2)
     monkeypatch.setattr(websocket, "VIEWERS", 1)
-    with own.client(Scope.VIEW):
-        with own.websocket(own.bearer(Scope.VIEW)) as viewer:
-            assert WebClientOfTest(viewer).closed()[0] == 1013
-        with own.client(Scope.OPERATE), own.websocket(own.bearer(Scope.ADMIN)) as admin:
-            assert WebClientOfTest(admin).closed()[0] == 1013
+    monkeypatch.setattr(websocket, "RESERVED", 2)
+    with own.client(Scope.VIEW), own.client(Scope.OPERATE) as operator:
+        for scope in (Scope.VIEW, Scope.ADMIN):
+            with own.client(scope) as further:
+                # It may stop the arm, and do nothing else.
+                epoch = operator.request("acquire_lease", time_to_live=60.0)["lease"]["epoch"]
+                assert further.request("stop") == {"kind": "done"}
+                assert operator.request("get_lease")["lease"]["client"] is None, epoch
+                further.send({"kind": "request", "id": 9, "command": {"kind": "get_lease"}})
+                most = 1 if scope == Scope.VIEW else 2
+                assert further.closed() == (1013, f"there are {most} clients; try again later")
+        # The oldest makes room, and those that send nothing are closed.
+        with ExitStack() as stack:
+            waiting = [stack.enter_context(own.client(Scope.VIEW)) for _ in range(3)]
+            assert waiting[0].closed()[0] == 1013
+            assert waiting[2].request("stop") == {"kind": "done"}
+        monkeypatch.setattr(relay, "STOP_TIMEOUT", 0.2)
+        with own.client(Scope.VIEW) as silent:
+            assert silent.closed()[0] == 1013
 
 
 def test_the_end_of_the_owner_is_said_and_its_next_run_is_found(tmp_path: Path) -> None:

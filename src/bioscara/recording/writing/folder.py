@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 from bioscara.api.runtime import require_name
+from bioscara.regular_file import RegularFile, regular_files
 
 SUFFIX = ".mcap"
 RESERVE = 32 << 20
@@ -35,11 +36,10 @@ class RecordingFolder:
         # The stamp sorts by time; a number follows where two began in the same second.
         self._name = re.compile(rf"{re.escape(arm)}-(\d{{8}}T\d{{6}}Z)(?:-(\d+))?{SUFFIX}")
 
-    def files(self) -> list[Path]:
-        """Return the recordings, oldest first."""
-        if not self.path.is_dir():
-            return []
-        named = [(self._name.fullmatch(path.name), path) for path in self.path.iterdir()]
+    def files(self) -> list[RegularFile]:
+        """Return the recordings, oldest first; a link or a pipe with such a name is none."""
+        files = regular_files(self.path)
+        named = [(self._name.fullmatch(path.name), path) for path in files]
         found = [(match[1], int(match[2] or 1), path) for match, path in named if match]
         return [path for *_, path in sorted(found)]
 
@@ -70,7 +70,8 @@ class RecordingFolder:
             OSError: One cannot be deleted.
         """
         sizes = [(path, path.stat().st_size) for path in self.files()]
-        total, deleted = sum(size for _, size in sizes), []
+        total = sum(size for _, size in sizes)
+        deleted: list[Path] = []
         for path, size in sizes:
             if total <= self._keep or path == written:
                 break

@@ -11,6 +11,7 @@ from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, In
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
 from bioscara.printing import encodable, printable
+from bioscara.regular_file import RegularFile, regular_files
 from bioscara.robot.arm import Arm
 from bioscara.server.channel.channel_messages import SHOWN, GoalPaths
 from bioscara.server.controllers.loadable_controllers import CLIENT_TYPES
@@ -117,11 +118,9 @@ def resident() -> int:
     return 0
 
 
-def flight_records(folder: Path) -> dict[str, Path]:
-    """Return the flight records in a folder by their names, oldest first."""
-    if not folder.is_dir():
-        return {}
-    files = [path for path in folder.iterdir() if path.suffix == ".mcap" and path.is_file()]
+def flight_records(folder: Path) -> dict[str, RegularFile]:
+    """Return the flight records in a folder by their names, oldest first; no link is one."""
+    files = [path for path in regular_files(folder) if path.suffix == ".mcap"]
     files.sort(key=lambda path: path.stat().st_mtime)
     return {encodable(path.name): path for path in files}
 
@@ -135,12 +134,14 @@ def flight_record(folder: Path, name: str) -> m.FlightRecordFile:
 
     Raises:
         InvalidArgumentError: There is none of that name, or it is too long.
-        OSError: It cannot be read.
+        OSError: It cannot be read, or is no regular file any more.
     """
     known = flight_records(folder)
     if name not in known:
         hint = did_you_mean(name, known, "list_flight_records names them")
         raise InvalidArgumentError(f"there is no flight record {printable(name)!r}; {hint}")
-    if (size := known[name].stat().st_size) > _RECORD_MAX:
-        raise InvalidArgumentError(f"{name} has {size} bytes, more than {_RECORD_MAX}")
-    return m.FlightRecordFile(name, known[name].read_bytes())
+    with known[name].open() as file:
+        data = file.read(_RECORD_MAX + 1)
+    if len(data) > _RECORD_MAX:
+        raise InvalidArgumentError(f"{name} has more than {_RECORD_MAX} bytes")
+    return m.FlightRecordFile(name, data)

@@ -13,6 +13,8 @@ from bioscara.robot.tasks.scope import Scope
 
 LIFETIME = 12 * 3600.0
 """Time after which a browser has to sign in again [s]."""
+IDLE = 3600.0
+"""Time without a request or message after which it has to do so, too [s]."""
 MOST = 128
 """Number of browsers of a scope that may be signed in; the oldest of them is signed out."""
 
@@ -24,11 +26,13 @@ class BrowserSession:
     Attributes:
         scope: Its rights.
         until: When it expires, on the clock of the sessions [s].
+        used: When its last request or message came, likewise [s].
         ended: Set when the browser signs out, or is signed out.
     """
 
     scope: Scope
     until: float
+    used: float
     ended: asyncio.Event = field(default_factory=asyncio.Event)
 
 
@@ -46,8 +50,8 @@ class BrowserSessions:
 
     def begin(self, scope: Scope) -> str:
         """Sign a browser in; returns the value of its cookie."""
-        value = secrets.token_urlsafe(32)
-        self._sessions[_key(value)] = BrowserSession(scope, self._clock() + LIFETIME)
+        value, now = secrets.token_urlsafe(32), self._clock()
+        self._sessions[_key(value)] = BrowserSession(scope, now + LIFETIME, now)
         # Of its own scope alone: a viewer must not sign out an operator.
         own = [key for key, session in self._sessions.items() if session.scope == scope]
         for key in own[:-MOST]:
@@ -55,12 +59,18 @@ class BrowserSessions:
         return value
 
     def find(self, value: str) -> BrowserSession | None:
-        """Return the session of a cookie's value; None if there is none, or it has expired."""
+        """Return the session of a cookie's value, which is used; None if there is none any more."""
         session = self._sessions.get(_key(value))
         if session is not None and self.remaining(session) <= 0.0:
             self.end(value)
             return None
+        if session is not None:
+            self.use(session)
         return session
+
+    def use(self, session: BrowserSession) -> None:
+        """Take note of a request or message of a browser."""
+        session.used = self._clock()
 
     def end(self, value: str) -> None:
         """Sign a browser out."""
@@ -69,8 +79,18 @@ class BrowserSessions:
             session.ended.set()
 
     def remaining(self, session: BrowserSession) -> float:
-        """Return the time until a session expires [s]."""
-        return session.until - self._clock()
+        """Return the time until a session expires if its browser sends nothing more [s]."""
+        return min(session.until, session.used + IDLE) - self._clock()
+
+    async def ended(self, session: BrowserSession) -> str:
+        """Wait until a session has ended; return why."""
+        while (remaining := self.remaining(session)) > 0.0:
+            try:
+                await asyncio.wait_for(session.ended.wait(), remaining)
+            except TimeoutError:
+                continue
+            return "signed out"
+        return "the sign-in has expired"
 
 
 def _key(value: str) -> bytes:

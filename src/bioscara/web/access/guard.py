@@ -22,6 +22,7 @@ from bioscara.web.access.addresses import OwnAddresses
 from bioscara.web.access.browser_sessions import BrowserSession, BrowserSessions
 from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.access.tokens import Tokens
+from bioscara.web.connections import PENALTY, AcceptedConnection
 
 REQUESTS = 50
 """Requests that a credential, or an address without one, may send in a second; and as many stops,
@@ -30,6 +31,8 @@ FILES = 1000
 """Files of the page that it may load in a second: a page has about a hundred, held in memory."""
 STOP = re.compile(r"/api/stop|/api/arms/(?:[^/]+/)?stop")
 """Paths that stop an arm."""
+SESSION = "/session"
+"""Path at which browsers sign in."""
 SIGN_INS, SIGN_IN_PERIOD = 5, 10.0
 """Number of tokens that an address may try in a time [s]."""
 TOO_MANY_SIGN_INS = f"more than {SIGN_INS} tokens were tried in {SIGN_IN_PERIOD:g} s; wait"
@@ -77,7 +80,8 @@ class _RefusedError(Exception):
 class Guard:
     """Checks address, origin, credential and rate of each request.
 
-    A request that passes has its :class:`Credential`, or None, in ``request.state.credential``.
+    A request that passes has its :class:`Credential`, or None, in ``request.state.credential``, and
+    in ``request.state.has_place`` whether its connection has a place.
 
     Args:
         app: The routes.
@@ -113,14 +117,15 @@ class Guard:
             await self._app(scope, receive, send)
             return
         try:
-            credential = self._checked(scope)
+            credential, has_place = self._checked(scope)
         except _RefusedError as refused:
             await _answer_refused(scope, refused, _with_headers(send))
             return
-        scope.setdefault("state", {})["credential"] = credential
-        await self._app(scope, receive, _with_headers(send))
+        scope.setdefault("state", {}).update(credential=credential, has_place=has_place)
+        await self._app(scope, receive, _with_headers(send, close=not has_place))
 
-    def _checked(self, scope: AsgiScope) -> Credential | None:
+    def _checked(self, scope: AsgiScope) -> tuple[Credential | None, bool]:
+        """Return the credential of a request, and whether its connection has a place."""
         headers = _Headers(scope)
         own, public = self._own, scope["path"] in self._public
         if not own.is_host(headers.all("host")):
@@ -137,7 +142,10 @@ class Guard:
             raise _RefusedError(HTTPStatus.FORBIDDEN, "the request comes from another site")
         address = scope["client"][0] if scope.get("client") else ""
         credential = self._credential(headers, address)
-        if not self._limits(scope["path"]).take(_requester(credential, address)):
+        # A token that is to be exchanged has a limit there, which only wrong ones use up.
+        signs_in = scope["path"] == SESSION and not safe
+        limits = self._limits(scope["path"])
+        if not signs_in and not limits.take(requester(credential, address)):
             raise _RefusedError(HTTPStatus.TOO_MANY_REQUESTS, "too many requests in a second")
         if credential is None and not public:
             raise _RefusedError(
@@ -150,7 +158,24 @@ class Guard:
                 HTTPStatus.FORBIDDEN,
                 "the request has no Origin; a browser sends one, a program a token as Bearer",
             )
-        return credential
+        connection: AcceptedConnection | None = scope.get("state", {}).get("connection")
+        if credential is None or connection is None:
+            return credential, True
+        has_place = connection.admit(requester(credential, address), credential.scope)
+        if scope["type"] == "websocket" and connection.is_cut_off:
+            raise _RefusedError(
+                HTTPStatus.TOO_MANY_REQUESTS,
+                f"a WebSocket of this client sent too many messages; wait {PENALTY:g} s",
+            )
+        if has_place:
+            return credential, True
+        # Of a WebSocket its route sees to it that only a STOP gets through.
+        if scope["type"] == "websocket" or STOP.fullmatch(scope["path"]):
+            return credential, False
+        raise _RefusedError(
+            HTTPStatus.SERVICE_UNAVAILABLE,
+            "too many clients are connected: only STOP is answered; try again later",
+        )
 
     def _limits(self, path: str) -> RateLimits:
         if path in self._files:
@@ -175,7 +200,7 @@ class Guard:
         return None
 
 
-def _requester(credential: Credential | None, address: str) -> str:
+def requester(credential: Credential | None, address: str) -> str:
     """Return whose requests are counted together: others cannot use up those of a credential."""
     if credential is None:
         return address
@@ -206,7 +231,7 @@ class _Headers:
         return any(value not in {"same-origin", "none"} for value in self.all("sec-fetch-site"))
 
 
-def _with_headers(send: Send) -> Send:
+def _with_headers(send: Send, *, close: bool = False) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] in {
             "http.response.start",
@@ -216,6 +241,8 @@ def _with_headers(send: Send) -> Send:
             headers = MutableHeaders(scope=message)
             for name, value in HEADERS.items():
                 headers.setdefault(name, value)
+            if close and message["type"] == "http.response.start":
+                headers["Connection"] = "close"
         await send(message)
 
     return sending
@@ -231,6 +258,9 @@ async def _answer_refused(scope: AsgiScope, refused: _RefusedError, send: Send) 
     ]
     if refused.status == HTTPStatus.UNAUTHORIZED:
         headers.append((b"www-authenticate", b"Bearer"))
+    if refused.status in {HTTPStatus.TOO_MANY_REQUESTS, HTTPStatus.SERVICE_UNAVAILABLE}:
+        # Whoever goes on has to connect again, which takes its turn after others.
+        headers.append((b"connection", b"close"))
     if refused.status == HTTPStatus.TOO_MANY_REQUESTS:
         headers.append((b"retry-after", str(round(SIGN_IN_PERIOD)).encode()))
     start: dict[str, Any] = {"status": int(refused.status), "headers": headers}

@@ -53,7 +53,7 @@ class RateLimits:
         self._burst, self._rate, self._most, self._clock = burst, per_second, most, clock
         self._limits: OrderedDict[str, RateLimit] = OrderedDict()
 
-    def take(self, client: str) -> bool:
+    def take(self, client: str, cost: float = 1.0) -> bool:
         """Return whether a client may go on, and count it if so."""
         limit = self._limits.get(client)
         if limit is None:
@@ -61,4 +61,4 @@ class RateLimits:
         self._limits.move_to_end(client)
         while len(self._limits) > self._most:
             self._limits.popitem(last=False)
-        return limit.take()
+        return limit.take(cost)

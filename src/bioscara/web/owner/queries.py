@@ -48,10 +48,11 @@ class OwnerQueries:
     Args:
         arm: Name of the owner.
         client: Name of the client, for messages to people.
+        session: Name of its session; empty for one of its own.
     """
 
-    def __init__(self, arm: str, client: str) -> None:
-        self._arm, self._client = arm, client
+    def __init__(self, arm: str, client: str, session: str = "") -> None:
+        self._arm, self._client, self._session = arm, client, session
         self._numbers = itertools.count(1)
         self._pending: dict[int, asyncio.Future[bytes]] = {}
         self._stream: OwnerStream | None = None
@@ -95,7 +96,8 @@ class OwnerQueries:
 
     async def _open(self) -> None:
         stream = await OwnerStream.open(self._arm)
-        hello = m.ClientHello(version=m.VERSION, client=self._client, session=secrets.token_hex(16))
+        session = self._session or secrets.token_hex(16)
+        hello = m.ClientHello(version=m.VERSION, client=self._client, session=session)
         loop = asyncio.get_running_loop()
         greeted: asyncio.Future[None] = loop.create_future()
         self._stream, self._reading = stream, loop.create_task(self._read(stream, greeted))

@@ -10,7 +10,10 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import logging
-from typing import NamedTuple
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from functools import partial
+from typing import Any, NamedTuple
 
 import msgspec
 from fastapi import WebSocket, WebSocketDisconnect
@@ -20,16 +23,14 @@ from bioscara.api.failures import failure_of
 from bioscara.errors import AccessError, BioscaraError, OwnerLostError, ProtocolError
 from bioscara.printing import printable
 from bioscara.robot.tasks.scope import Scope
-from bioscara.web.access.rate_limit import RateLimit
+from bioscara.web.access.browser_sessions import BrowserSession, BrowserSessions
 from bioscara.web.owner.outbox import Outbox
 from bioscara.web.owner.stream import OwnerStream
 
-MESSAGES = 200
-"""Messages that a client may send in a second."""
-_UNIT = 64 << 10
-"""A longer message counts as several: one for each so many bytes."""
 SEND_TIMEOUT = 20.0
 """Time for which a client may read nothing until it is cut off [s]."""
+STOP_TIMEOUT = 5.0
+"""Time that a client has to send a STOP, and to read its answer, that may send nothing else [s]."""
 _UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1003, 1007, 1008, 1012, 1013
 """Codes with which a WebSocket is closed, of RFC 6455 and its registry."""
 _REFUSAL = b'{"kind":"refusal","id":null,'
@@ -45,15 +46,27 @@ class WebClient(NamedTuple):
     Attributes:
         scope: Its rights.
         address: Its address.
+        browser: Value of its cookie; empty for a program.
     """
 
     scope: Scope
     address: str
+    browser: str = ""
 
     def named(self, name: str) -> str:
         """Return a name for messages to people, with scope and address."""
         suffix = f" ({self.scope.name.lower()}, {self.address})"
         return printable(name)[: m.NAME_MAX - len(suffix)] + suffix
+
+    def session(self, name: str) -> str:
+        """Return the owner's name of a session that the client calls ``name``.
+
+        It differs between scopes and between browsers: who knows the name of another one's session
+        must not get its lease or its answers with a lesser token, from another browser, or from
+        the web.
+        """
+        scoped = f"web {self.scope.name} {self.browser} {name}"
+        return hashlib.sha256(scoped.encode()).hexdigest()
 
 
 class Closing(NamedTuple):
@@ -75,22 +88,23 @@ class Relay:
         websocket: The WebSocket, accepted.
         arm: Name of the owner.
         client: The client at its other end.
+        full: Why the client may send nothing but a STOP; empty if it may.
     """
 
-    def __init__(self, websocket: WebSocket, arm: str, client: WebClient) -> None:
-        self._websocket, self._arm, self._client = websocket, arm, client
-        self._rate = RateLimit(MESSAGES, MESSAGES)
+    def __init__(self, websocket: WebSocket, arm: str, client: WebClient, full: str = "") -> None:
+        self._websocket, self._arm, self._client, self._full = websocket, arm, client, full
+        self._left = asyncio.Event()
         self._outbox = Outbox()
         self._greeted = False
         self._welcomed = asyncio.Event()
         self._refusal: m.FailureValue | None = None
 
-    async def run(self, ended: asyncio.Event | None, lifetime: float | None) -> None:
+    async def run(self, sessions: BrowserSessions, session: BrowserSession | None) -> None:
         """Relay until one side ends, then close the WebSocket with the reason.
 
         Args:
-            ended: Set when the credential of the client ends; None if it does not.
-            lifetime: Time until it expires [s]; None if it does not.
+            sessions: The signed-in browsers.
+            session: That of the client; None for a program.
         """
         closing: Closing | None
         try:
@@ -98,20 +112,28 @@ class Relay:
         except OwnerLostError as error:
             await self._close(Closing(_LATER, str(error)))
             return
+        used = None if session is None else partial(sessions.use, session)
+        ends: list[Coroutine[Any, Any, Closing | None]] = [self._up(owner, used), self._down()]
+        if session is not None:
+            ends.append(_signed_out(sessions, session))
+        if self._full:
+            ends.append(self._leave())
         try:
-            closing = await self._relayed(owner, ended, lifetime)
+            closing = await self._relayed(owner, ends)
         finally:
             owner.close()
         if closing is not None:
             await self._close(closing)
 
+    def end(self) -> None:
+        """End it for another one, if it may only send a STOP."""
+        self._left.set()
+
     async def _relayed(
-        self, owner: OwnerStream, ended: asyncio.Event | None, lifetime: float | None
+        self, owner: OwnerStream, ends: list[Coroutine[Any, Any, Closing | None]]
     ) -> Closing | None:
         loop = asyncio.get_running_loop()
-        tasks = [loop.create_task(self._up(owner)), loop.create_task(self._down())]
-        if ended is not None:
-            tasks.append(loop.create_task(_expiry(ended, lifetime)))
+        tasks = [loop.create_task(each) for each in ends]
         taking = loop.create_task(self._take(owner))
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -121,6 +143,12 @@ class Relay:
             for task in (*tasks, taking):
                 task.cancel()
             await asyncio.gather(*tasks, taking, return_exceptions=True)
+
+    async def _leave(self) -> Closing:
+        """Wait for the end of a client that may only send a STOP."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._left.wait(), STOP_TIMEOUT)
+        return Closing(_LATER, self._full)
 
     async def _take(self, owner: OwnerStream) -> None:
         """Take the messages of the owner, until it ends."""
@@ -160,25 +188,19 @@ class Relay:
             return Closing(_REFUSED, "the connection ended before a hello came")
         return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
 
-    async def _up(self, owner: OwnerStream) -> Closing | None:
+    async def _up(self, owner: OwnerStream, used: Callable[[], None] | None) -> Closing | None:
         """Pass the messages of the client on that it may send."""
         while True:
             received = await self._websocket.receive()
             if received["type"] == "websocket.disconnect":
                 return None
+            if used is not None:
+                used()
             text = received.get("text")
             if text is None:
                 return Closing(_UNSUPPORTED, "a message is JSON, as text")
-            payload = text.encode()
-            if not self._rate.take(1.0 + len(payload) / _UNIT):
-                _log.warning(
-                    "client %s is cut off: it sent more than %d messages in a second",
-                    self._client.address,
-                    MESSAGES,
-                )
-                return Closing(_REFUSED, f"more than {MESSAGES} messages in a second")
             try:
-                closing = await self._pass(owner, payload)
+                closing = await self._pass(owner, text.encode())
             except (TimeoutError, WebSocketDisconnect):
                 return None
             except OSError:
@@ -207,7 +229,9 @@ class Relay:
         if not self._greeted:
             await self._refuse(None, ProtocolError("a request came before hello"))
             return Closing(_REFUSED, "a request came before hello")
-        if isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
+        if self._full and not _is_stop(message):
+            self._left.set()
+        elif isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
             await self._refuse(message.id, AccessError(text))
         else:
             if isinstance(message, m.ClientRequest) and isinstance(message.command, m.Pause):
@@ -235,17 +259,12 @@ class Relay:
         return msgspec.structs.replace(request, command=command)
 
     def _introduced(self, hello: m.ClientHello) -> m.ClientHello:
-        """Return a hello with the client's full name, and a session of clients of its scope alone.
-
-        A client that knows the name of another one's session must not get its lease or its answers
-        with a lesser token, or from the web.
-        """
+        """Return a hello with the full name of the client and of its session."""
         name, session = hello.client, hello.session
         if 0 < len(name) <= m.NAME_MAX:
             name = self._client.named(name)
         if 0 < len(session) <= m.NAME_MAX:
-            scoped = f"web {self._client.scope.name} {session}"
-            session = hashlib.sha256(scoped.encode()).hexdigest()
+            session = self._client.session(session)
         return msgspec.structs.replace(hello, client=name, session=session)
 
     async def _refuse(self, number: int | None, error: BioscaraError) -> None:
@@ -266,13 +285,13 @@ class Relay:
             return
 
 
-async def _expiry(ended: asyncio.Event, lifetime: float | None) -> Closing:
+async def _signed_out(sessions: BrowserSessions, session: BrowserSession) -> Closing:
     """Wait for the end of a credential."""
-    try:
-        await asyncio.wait_for(ended.wait(), lifetime)
-    except TimeoutError:
-        return Closing(_REFUSED, "the sign-in has expired")
-    return Closing(_REFUSED, "signed out")
+    return Closing(_REFUSED, await sessions.ended(session))
+
+
+def _is_stop(message: m.ClientRequest | m.Received) -> bool:
+    return isinstance(message, m.ClientRequest) and isinstance(message.command, m.StopAll)
 
 
 def _number(payload: bytes) -> int | None:

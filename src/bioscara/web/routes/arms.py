@@ -7,9 +7,8 @@ from http import HTTPStatus
 from fastapi import FastAPI, Response
 
 from bioscara.errors import OwnerLostError
-from bioscara.web.owner.relay import WebClient
 from bioscara.web.owner.served_arms import ServedArm, ServedArms, StoppedArm
-from bioscara.web.routes.http import HttpError, Viewer, answers, json
+from bioscara.web.routes.http import HttpError, Viewer, answers, client_of, json
 
 
 def add(app: FastAPI, served: ServedArms) -> None:
@@ -29,7 +28,7 @@ def add(app: FastAPI, served: ServedArms) -> None:
         responses=answers(StoppedArm, many=True),
     )
     async def stop_all(credential: Viewer) -> Response:
-        client = WebClient(credential.scope, credential.address)
+        client = client_of(credential)
         return json(await served.stop_all(client))
 
     @app.post(
@@ -38,7 +37,7 @@ def add(app: FastAPI, served: ServedArms) -> None:
         responses=answers(StoppedArm, many=True),
     )
     async def stop(name: str, credential: Viewer) -> Response:
-        client = WebClient(credential.scope, credential.address)
+        client = client_of(credential)
         try:
             stopped = await served.stop(name, client)
         except OwnerLostError as error:

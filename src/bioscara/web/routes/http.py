@@ -17,12 +17,14 @@ from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
 from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.robot.tasks.scope import Scope
-from bioscara.web.access.guard import Credential, failure_body
+from bioscara.web.access.guard import Credential, failure_body, requester
 from bioscara.web.owner.queries import RequestFailedError
+from bioscara.web.owner.relay import WebClient
 
 JSON = "application/json"
-_BODIES = 4
-"""Long bodies that are received at once: each may have 8 MiB."""
+_BODIES, _OF_VIEWERS, _OF_CLIENT = 4, 2, 2
+"""Long bodies that are received at once, of which each may have 8 MiB; of them those of clients
+that may only look, and of one client."""
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -78,6 +80,11 @@ def needs(scope: Scope) -> Callable[[HTTPConnection], Credential]:
 
 
 Viewer = Annotated[Credential, Depends(needs(Scope.VIEW))]
+
+
+def client_of(credential: Credential) -> WebClient:
+    """Return the client of a request, as the owner knows it."""
+    return WebClient(credential.scope, credential.address, credential.value)
 
 
 def add_refusals(app: FastAPI) -> None:
@@ -160,6 +167,44 @@ def verdicts(result: type[Any] | None) -> dict[int | str, dict[str, Any]]:
     return {200: {"content": {JSON: {"schema": verdict}}}}
 
 
+class Arriving:
+    """The long bodies that are on their way."""
+
+    def __init__(self) -> None:
+        self._clients: list[tuple[bool, str]] = []
+
+    def __len__(self) -> int:
+        return len(self._clients)
+
+    def begin(self, credential: Credential) -> None:
+        """Count a body of a client.
+
+        Raises:
+            HttpError: There are too many.
+        """
+        client = _uploader(credential)
+        views, _ = client
+        if (
+            len(self._clients) >= _BODIES
+            or self._clients.count(client) >= _OF_CLIENT
+            or (views and sum(views for views, _ in self._clients) >= _OF_VIEWERS)
+        ):
+            raise HttpError(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                f"{len(self._clients)} uploads are on their way; try again later",
+            )
+        self._clients.append(client)
+
+    def end(self, credential: Credential) -> None:
+        """Count a body no more."""
+        self._clients.remove(_uploader(credential))
+
+
+def _uploader(credential: Credential) -> tuple[bool, str]:
+    """Return whether a client may only look, and which one it is."""
+    return credential.scope == Scope.VIEW, requester(credential, credential.address)
+
+
 async def body_of(request: Request, longest: int, timeout: float) -> bytes:
     """Return the body of a request.
 
@@ -171,16 +216,13 @@ async def body_of(request: Request, longest: int, timeout: float) -> bytes:
     Raises:
         HttpError: It is longer, or slower, or too many others are on their way.
     """
-    arriving: list[None] = request.app.state.arriving
-    if len(arriving) >= _BODIES:
-        raise HttpError(
-            HTTPStatus.SERVICE_UNAVAILABLE, f"{_BODIES} uploads are on their way; try again later"
-        )
-    arriving.append(None)
+    arriving: Arriving = request.app.state.arriving
+    credential: Credential = request.state.credential
+    arriving.begin(credential)
     try:
         return await received(request, longest, timeout)
     finally:
-        arriving.pop()
+        arriving.end(credential)
 
 
 async def received(request: Request, longest: int, timeout: float) -> bytes:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from typing import Annotated
 from urllib.parse import quote
 
 import msgspec
-from fastapi import FastAPI, Response
+from fastapi import FastAPI, Header, Response
 
 from bioscara.api import messages as m
 from bioscara.web.owner.queries import OwnerQueries
-from bioscara.web.owner.relay import WebClient
-from bioscara.web.routes.http import JSON, Viewer, schema
+from bioscara.web.routes.http import JSON, Viewer, client_of, schema
 from bioscara.web.settings import WebSettings
 
 QUESTIONS: dict[str, tuple[Callable[[], m.AnyCommand], type[m.Result], str]] = {
@@ -83,10 +83,12 @@ def _add_stop(app: FastAPI, settings: WebSettings) -> None:
         summary="Stop all motion; a token that may look is enough.",
         responses={200: {"content": schema(m.Done)}},
     )
-    async def stop(credential: Viewer) -> Response:
-        # A connection of its own: it waits behind no other request, and has the client's name.
-        client = WebClient(credential.scope, credential.address)
-        queries = OwnerQueries(settings.arm, client.named("stop"))
+    async def stop(credential: Viewer, bioscara_session: Annotated[str, Header()] = "") -> Response:
+        # A connection of its own: it waits behind no other request, and has the client's name. In
+        # the session of the same client's WebSocket it leaves the lease, and is no further event.
+        client, session = client_of(credential), bioscara_session
+        named = client.session(session) if 0 < len(session) <= m.NAME_MAX else ""
+        queries = OwnerQueries(settings.arm, client.named("stop"), named)
         try:
             return Response(await queries.ask(m.StopAll()), media_type=JSON)
         finally:

@@ -44,13 +44,17 @@ def add(app: FastAPI, settings: WebSettings) -> None:
     )
     async def sign_in(request: Request) -> Response:
         address = request.client.host if request.client else ""
-        if not app.state.sign_ins.take(address):
-            return refusal(HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY_SIGN_INS)
         given = await _token_in(request)
         scope = settings.tokens.scope_of(given) if given is not None else None
         if scope is None:
+            # The right one is never refused: others may share the address of one who guesses.
+            if not app.state.sign_ins.take(address):
+                return refusal(HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY_SIGN_INS)
             _log.warning("a sign-in from %s was refused", address)
             return refusal(HTTPStatus.UNAUTHORIZED, "the token is not one of this gateway")
+        former = request.state.credential
+        if former is not None and former.value:
+            sessions.end(former.value)
         response = json({"scope": scope.name.lower(), "lifetime": LIFETIME})
         response.set_cookie(
             settings.cookie,

@@ -2,37 +2,46 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from fastapi import FastAPI, WebSocket
 
 from bioscara.robot.tasks.scope import Scope
-from bioscara.web.owner.relay import Relay, WebClient
-from bioscara.web.routes.http import Viewer
+from bioscara.web.owner.relay import Relay
+from bioscara.web.routes.http import Viewer, client_of
 from bioscara.web.settings import WebSettings
 
 WEBSOCKETS, VIEWERS = 64, 48
 """Largest number of WebSockets at once, and of those above which only operators may connect."""
-_LATER = 1013
-"""Code with which a WebSocket is closed that may be tried again."""
+RESERVED = 16
+"""Further ones that may send nothing but a STOP; the oldest is closed for the newest."""
 
 
 def add(app: FastAPI, settings: WebSettings) -> None:
     """Add the route."""
     running: set[Relay] = set()
+    reserved: deque[Relay] = deque()
 
     @app.websocket("/ws")
     async def websocket(websocket: WebSocket, credential: Viewer) -> None:
         await websocket.accept()
         most = VIEWERS if credential.scope == Scope.VIEW else WEBSOCKETS
-        if len(running) >= most:
-            await websocket.close(_LATER, f"there are {most} clients; try again later")
-            return
-        relay = Relay(websocket, settings.arm, WebClient(credential.scope, credential.address))
-        running.add(relay)
-        session = credential.session
+        full = len(running) >= most or not websocket.state.has_place
+        relay = Relay(
+            websocket,
+            settings.arm,
+            client_of(credential),
+            f"there are {most} clients; try again later" if full else "",
+        )
+        if not full:
+            running.add(relay)
+        else:
+            reserved.append(relay)
+            if len(reserved) > RESERVED:
+                reserved[0].end()
         try:
-            if session is None:
-                await relay.run(None, None)
-            else:
-                await relay.run(session.ended, settings.sessions.remaining(session))
+            await relay.run(settings.sessions, credential.session)
         finally:
             running.discard(relay)
+            if relay in reserved:
+                reserved.remove(relay)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fastapi import FastAPI, Response
+from fastapi import FastAPI, Request, Response
 
 from bioscara.dashboard.clearance import Clearance, clearance
 from bioscara.web.owner.facts import OwnerFacts
@@ -20,7 +20,7 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         summary="The nearest pair of bodies, at the end of the last control cycle.",
         responses=answers(Clearance),
     )
-    async def nearest(_: Viewer) -> Response:
+    async def nearest(request: Request, _: Viewer) -> Response:
         description, workspace = await facts.description(), await facts.workspace()
         joints = await joints_now(queries)
-        return json(await work.do(clearance, description.parameters, workspace, joints))
+        return json(await work.do(request, clearance, description.parameters, workspace, joints))

@@ -24,8 +24,8 @@ def add(app: FastAPI, parameters: Callable[[], Awaitable[ArmParameters]], work: 
         summary="Links with their meshes, and joints.",
         responses=answers(ArmModel),
     )
-    async def model(_: Viewer) -> Response:
-        return json(await work.do(model_of, await parameters()))
+    async def model(request: Request, _: Viewer) -> Response:
+        return json(await work.do(request, model_of, await parameters()))
 
     @app.get(
         "/api/meshes/{name}",

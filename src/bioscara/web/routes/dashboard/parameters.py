@@ -44,8 +44,8 @@ def add(app: FastAPI, queries: OwnerQueries, work: Work) -> None:
         summary="The parameters of the arm, with its overlay.",
         responses=answers(ParameterTable),
     )
-    async def parameters(_: Viewer) -> Response:
-        return json(await work.do(_table, await present()))
+    async def parameters(request: Request, _: Viewer) -> Response:
+        return json(await work.do(request, _table, await present()))
 
     @app.post(
         "/api/parameters/check",
@@ -56,7 +56,7 @@ def add(app: FastAPI, queries: OwnerQueries, work: Work) -> None:
     async def check(request: Request, _: Viewer) -> Response:
         body = await body_of(request, _BODY_MAX, _TIMEOUT)
         changes = decoded(body, "the changes", ParameterChanges)
-        content = await work.do(judged, _draft, await present(), changes)
+        content = await work.do(request, judged, _draft, await present(), changes)
         return Response(content, media_type=JSON)
 
 

@@ -6,11 +6,10 @@ import asyncio
 import os
 from collections.abc import AsyncIterator
 from http import HTTPStatus
-from pathlib import Path
 from typing import Annotated, BinaryIO
 from urllib.parse import quote
 
-from fastapi import FastAPI, Query, Response
+from fastapi import FastAPI, Query, Request, Response
 from fastapi.responses import StreamingResponse
 
 from bioscara.dashboard.recordings import (
@@ -18,9 +17,11 @@ from bioscara.dashboard.recordings import (
     MOST,
     RecordedSamples,
     RecordingEntry,
-    Recordings,
     recorded_samples,
+    recording_of,
+    recordings,
 )
+from bioscara.regular_file import RegularFile
 from bioscara.rosbag.recording_file import MEDIA_TYPE
 from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, HttpError, Viewer, answers, json, judged, verdicts
@@ -33,11 +34,11 @@ _Count = Annotated[int, Query(ge=FEWEST, le=MOST)]
 
 def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
     """Add the routes."""
-    recordings = Recordings(settings.recordings, settings.arm)
+    place = settings.recordings, settings.arm
 
-    async def path_of(name: str) -> Path:
+    async def path_of(request: Request, name: str) -> RegularFile:
         # Looked up among the names of the folder: nowhere is it used as a path.
-        path = await work.do(recordings.path_of, name)
+        path = await work.do(request, recording_of, *place, name)
         if path is None:
             raise HttpError(HTTPStatus.NOT_FOUND, "there is no recording of this name")
         return path
@@ -47,18 +48,18 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
         summary="The recordings of the arm, newest first.",
         responses=answers(RecordingEntry, many=True),
     )
-    async def listed(_: Viewer) -> Response:
-        return json(await work.do(recordings.entries))
+    async def listed(request: Request, _: Viewer) -> Response:
+        return json(await work.do(request, recordings, *place))
 
     @app.get(
         "/api/recordings/{name}",
         summary="A recording as an MCAP file, by a name of the list.",
         responses={200: {"content": {MEDIA_TYPE: {}}}},
     )
-    async def file(name: str, _: Viewer) -> Response:
-        path = await path_of(name)
+    async def file(request: Request, name: str, _: Viewer) -> Response:
+        path = await path_of(request, name)
         try:
-            opened = await asyncio.to_thread(path.open, "rb")
+            opened = await asyncio.to_thread(path.open)
         except OSError:
             raise HttpError(HTTPStatus.NOT_FOUND, "the recording was deleted") from None
         size = os.fstat(opened.fileno()).st_size
@@ -76,8 +77,9 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
         summary="Evenly chosen samples of a recording.",
         responses=verdicts(RecordedSamples),
     )
-    async def samples(name: str, _: Viewer, count: _Count = 2000) -> Response:
-        content = await work.do(judged, recorded_samples, await path_of(name), count)
+    async def samples(request: Request, name: str, _: Viewer, count: _Count = 2000) -> Response:
+        path = await path_of(request, name)
+        content = await work.do(request, judged, recorded_samples, path, count)
         return Response(content, media_type=JSON)
 
 

@@ -31,11 +31,12 @@ _BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {"*/*": {}
 def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> None:
     """Add the routes."""
 
-    async def answered(function: Callable[..., object], *arguments: Any) -> Response:
-        return Response(await work.do(judged, function, *arguments), media_type=JSON)
-
-    async def values_in(request: Request) -> object:
-        return decoded(await body_of(request, BODY_MAX, _TIMEOUT), "the sequence", object)
+    async def answered(
+        request: Request, function: Callable[..., object], *arguments: Any
+    ) -> Response:
+        body = await body_of(request, BODY_MAX, _TIMEOUT)
+        content = await work.do(request, _judged_of_json, function, body, *arguments)
+        return Response(content, media_type=JSON)
 
     @app.post(
         "/api/sequences/read",
@@ -44,7 +45,9 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         openapi_extra=_BODY,
     )
     async def read_file(request: Request, _: Viewer, name: str = "sequence.yaml") -> Response:
-        return await answered(read, name, await body_of(request, BODY_MAX, _TIMEOUT))
+        body = await body_of(request, BODY_MAX, _TIMEOUT)
+        content = await work.do(request, judged, read, name, body)
+        return Response(content, media_type=JSON)
 
     @app.post(
         "/api/sequences/write",
@@ -53,7 +56,7 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         openapi_extra=_BODY,
     )
     async def write(request: Request, _: Viewer) -> Response:
-        return await answered(written, await values_in(request))
+        return await answered(request, written)
 
     @app.post(
         "/api/sequences/script",
@@ -64,7 +67,7 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
     async def script(
         request: Request, _: Viewer, first: _Index = 0, last: _Index | None = None
     ) -> Response:
-        return await answered(scripted, await values_in(request), first, last)
+        return await answered(request, scripted, first, last)
 
     @app.post(
         "/api/sequences/plan",
@@ -75,7 +78,11 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
     async def plan(
         request: Request, _: Viewer, first: _Index = 0, last: _Index | None = None
     ) -> Response:
-        values = await values_in(request)
         workspace, joints = await arm_now(queries)
         parameters = (await facts.description()).parameters
-        return await answered(dry_run_of, values, parameters, workspace, joints, first, last)
+        return await answered(request, dry_run_of, parameters, workspace, joints, first, last)
+
+
+def _judged_of_json(function: Callable[..., object], body: bytes, *arguments: Any) -> bytes:
+    """Return the verdict of a function on the content of a body in JSON, and on more."""
+    return judged(function, decoded(body, "the sequence", object), *arguments)

@@ -31,6 +31,6 @@ def add(app: FastAPI, facts: OwnerFacts, queries: OwnerQueries, work: Work) -> N
         parameters = (await facts.description()).parameters
         workspace, joints = await arm_now(queries)
         content = await work.do(
-            judged, checked_trajectory, name, data, parameters, workspace, joints, fit=fit
+            request, judged, checked_trajectory, name, data, parameters, workspace, joints, fit=fit
         )
         return Response(content, media_type=JSON)

@@ -26,7 +26,7 @@ export function buildStop(app) {
     now: () => performance.now(),
     doubtful: () => !connection.open || connection.backlog > 0 || performance.now() - connection.heard > DOUBTFUL,
     bySocket: () => connection.request({ kind: "stop" }),
-    byPost: post,
+    byPost: () => post(connection.session),
     // A sample from before the confirmation shows the arm as it was.
     resting: () => (arm.fresh && arm.arrival > confirmed ? arm.sample?.moving.length === 0 : null),
     changed: show,
@@ -68,8 +68,13 @@ export function buildStop(app) {
   }
 }
 
-/** Stop by a request of its own; done when the owner has stopped the arm. */
-async function post() {
-  const answer = await fetch("api/stop", { method: "POST", keepalive: true, signal: AbortSignal.timeout(GIVEN_UP) });
+/**
+ * Stop by a request of its own; done when the owner has stopped the arm.
+ *
+ * @param {string} session Name of the page's session: the STOP of both ways is that of one client.
+ */
+async function post(session) {
+  const headers = { "Bioscara-Session": session };
+  const answer = await fetch("api/stop", { method: "POST", headers, keepalive: true, signal: AbortSignal.timeout(GIVEN_UP) });
   if (!answer.ok) throw new Error(`STOP was answered with ${answer.status}`);
 }
