@@ -1,6 +1,6 @@
 """A hostile client of a gateway, until it is killed: ``flood.py HOST PORT TOKEN KIND [COUNT]``.
 
-It opens as many connections as it is told, each in a thread, sends as fast as it may, and connects
+It opens as many connections as given, each in a thread, sends as fast as it may, and connects
 again when it is cut off. It writes ``flooding`` once each has begun.
 """
 

@@ -1,6 +1,6 @@
 """A client that moves a served arm to and fro until it is killed: ``mover.py ARM``.
 
-It writes ``moving`` once the arm moves at constant speed, ``turning`` before the end of the way,
+It writes ``moving`` once the arm moves at constant speed, ``turning`` before the end of the motion,
 ``stopped TIME`` after each motion that was cancelled, with the time at which the first sample of
 the deceleration arrived, and ``fault TEXT`` when the arm has one. The times are of the clock that
 all processes share.
@@ -23,7 +23,7 @@ SPEED = 0.3
 STEADY = 5
 """Samples of equal speed after which it is constant."""
 NEAR = 0.2
-"""Distance from the end of the way at which the arm turns soon [rad]."""
+"""Distance from the end of the motion at which the arm turns soon [rad]."""
 SLOWER = 0.95
 """Share of the constant speed below which the arm decelerates."""
 
@@ -38,7 +38,7 @@ class Watch:
         self._is_near = False
 
     def is_near(self, end: float) -> bool:
-        """Return whether the arm has just come near the end of its way."""
+        """Return whether the arm has just come near the end of its motion."""
         was, last = self._is_near, self._last
         self._is_near = last is not None and abs(last.commands[0] - end) < NEAR
         return self._is_near and not was

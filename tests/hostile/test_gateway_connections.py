@@ -1,4 +1,4 @@
-"""Connections that keep a gateway busy: beside a moving arm a STOP arrives, and logs are short."""
+"""Connections that keep a gateway busy: with a moving arm a STOP arrives, and logs are short."""
 
 from __future__ import annotations
 

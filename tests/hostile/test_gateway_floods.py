@@ -1,4 +1,4 @@
-"""Hostile clients with a token to look: beside a moving arm they delay no STOP and no operator."""
+"""Hostile clients with a token to look: with a moving arm they delay no STOP and no operator."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The connections of a gateway: their number, and which one is ended for another.
 
-A connection without a credential keeps nobody out: when there are too many, the oldest of them is
+A connection without a credential keeps no other out: when there are too many, the oldest of them is
 ended for the newest, wherever it comes from, as an operator may share the address of an attacker.
 Those with a credential have places of their own, of which viewers can take a part. One that
 finds none stays among the first kind, and gets a STOP through.
@@ -50,11 +50,11 @@ class AcceptedConnection:
         self.has_place = False
 
     def carried_by(self, transport: asyncio.Transport) -> None:
-        """Take note of its transport, once TLS has begun."""
+        """Keep its transport, once TLS has begun."""
         self._transport = transport
 
     def admit(self, client: str, scope: Scope) -> bool:
-        """Take note of a credential; return whether there is a place for it."""
+        """Keep a credential; return whether there is a place for it."""
         self.client, self.scope = client, scope
         return self._connections.admit(self)
 
