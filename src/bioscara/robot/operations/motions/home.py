@@ -123,7 +123,7 @@ class Home(Operation[None]):
         if arm.paused:
             arm.warn(f"{self.name} begins paused: it moves after {arm.resumption}", self.name)
             yield from execution.run(lambda: not arm.paused, Phase.HOMING)
-        arm.session.enable()
+        yield from arm.session.enabling(self.claim.require_not_stopped)
         directions, notes = self._directions(arm)
         if not directions:
             return
