@@ -1401,7 +1401,9 @@ class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
     Attributes:
         cycles: Control cycles since the owner began.
         overruns: Cycles that had not ended when the next was due.
-        late: 50th and 99th percentile and maximum of the delay at their begin.
+        rate: Cycles of the last second of real time [Hz].
+        late: 50th and 99th percentile and maximum of the delay at their begin, also of a simulated
+            arm in real time.
         read: Likewise, of the time that reading the joints took.
         update: Likewise, of controllers and limits.
         write: Likewise, of writing.
@@ -1412,6 +1414,7 @@ class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
 
     cycles: int
     overruns: int
+    rate: int
     late: tuple[float, float, float]
     read: tuple[float, float, float]
     update: tuple[float, float, float]
@@ -1646,7 +1649,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
         paused_by: Names of the clients that paused it, oldest first.
         speed_override: Share of the planned speed.
         moving: Names of the operations that use the arm or the gripper.
-        late: How much later than due the cycle began.
+        late: How much later than due the cycle began; of a simulated arm too in real time.
         bus_time: Duration of its exchanges.
         stale: Whether the joints are not read now, as after a loss of the bus: then positions are
             unknown.

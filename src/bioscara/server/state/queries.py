@@ -84,6 +84,7 @@ def statistics(arm: Arm, clients: int, uptime: float) -> m.Statistics:
     return m.Statistics(
         cycles=counted.cycles,
         overruns=counted.overruns,
+        rate=counted.rate,
         late=_percentiles(counted.late),
         read=_percentiles(counted.read),
         update=_percentiles(counted.update),
