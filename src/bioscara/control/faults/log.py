@@ -36,8 +36,16 @@ class FaultLog:
         return min((fault.kind.stop for fault in self.faults), key=_STRONGEST_FIRST.index)
 
     def add(self, fault: ArmFault) -> bool:
-        """Add a fault; return whether it is the first of its kind from its source."""
+        """Add a fault; return whether it is the first of its kind from its source.
+
+        A loss of power is one fault: that other joints dropped out at once, and could not be
+        released, is its consequence.
+        """
         lost_power = isinstance(fault.cause, BioscaraError) and indicates_power_loss(fault.cause)
+        if lost_power or fault.kind is FaultKind.HARDWARE_FAILED:
+            for old in self.faults:
+                if old.kind is FaultKind.POWER_LOST and fault.time - old.time <= _AT_ONCE:
+                    return False
         for old in self.faults:
             # One that was reclassified is not added again under its first kind.
             same = old.kind is fault.kind or (lost_power and old.kind is FaultKind.POWER_LOST)
@@ -97,5 +105,9 @@ class FaultLog:
             and not (unheard and isinstance(fault.cause, NotEnabledError))
         }
         if len(recent) >= self._joints - 1:
-            first = min(recent.values())
+            first, *others = sorted(recent.values())
             self.faults[first] = replace(self.faults[first], kind=FaultKind.POWER_LOST)
+            kept = self._groups[-1][0] if self._groups else 0
+            for number in reversed(others):
+                if number >= kept:
+                    del self.faults[number]

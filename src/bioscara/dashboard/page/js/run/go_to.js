@@ -4,7 +4,7 @@
 /** @import { MoveJoints, MoveLinear, MoveNamed, MoveTo, Pose, Unfold } from "../../messages.d.ts" */
 
 import { button, h, setText } from "../dom.js";
-import { duration } from "../format.js";
+import { duration, readable } from "../format.js";
 import { copyButton, pythonNumber, pythonPose, pythonText } from "../python.js";
 import { text } from "../texts.js";
 import { action, card, quantity } from "./action.js";
@@ -131,7 +131,7 @@ function buttons(app, motion, missing, code, title) {
       execute: () => app.start({ kind: "execute", plan: made.plan }),
     };
     app.showPreview(own);
-    setText(result, [text("run.planned", { time: duration(last) }), ...made.notes].join(" "));
+    setText(result, [text("run.planned", { time: duration(last) }), ...made.notes.map(readable)].join(" "));
   }
   return h("div", { class: "column" }, h("div", { class: "row" }, plan, execute, go, copyButton(code)), result);
 }

@@ -65,7 +65,7 @@ export class PlanStrip {
         setText(this.title, preview.title);
         this.slider.min = String(this.#begins);
         this.slider.max = String(this.#duration);
-        this.notes.replaceChildren(...(preview.notes ?? []).map((note) => h("li", { text: note })));
+        this.notes.replaceChildren(...(preview.notes ?? []).map((note) => h("li", { text: readable(note) })));
         this.execute.hidden = preview.execute === null;
         this.discard.hidden = preview.source === "viewer";
         this.uncoverPicture();
