@@ -118,7 +118,9 @@ def begin_motion(page: Page, left: Site) -> None:
 LEAVE = {
     "close": lambda page, _: page.close(run_before_unload=True),
     "reload": lambda page, _: page.evaluate("setTimeout(() => location.reload())"),
-    "away": lambda page, site: page.evaluate(f"setTimeout(() => location.assign('{site.url}arms.html'))"),
+    "away": lambda page, site: page.evaluate(
+        f"setTimeout(() => location.assign('{site.url}arms.html'))"
+    ),
 }
 
 

@@ -41,7 +41,8 @@ test("texts of the owner have mm and degrees, and no paths of fields", () => {
       "the request cannot be used: a number is missing: z"],
     ["Expected `str`, got `int` - at `$.command.task.name`", "Expected `str`, got `int`"],
     // No quantities of these units.
-    ["speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm", "speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm"],
+    ["speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm",
+      "speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm"],
   ];
   for (const [given, expected] of cases) assert.equal(readable(given), expected);
 });

@@ -1026,6 +1026,7 @@ export interface Statistics {
   kind: "statistics";
   cycles: number;
   overruns: number;
+  rate: number;
   late: [number, number, number];
   read: [number, number, number];
   update: [number, number, number];

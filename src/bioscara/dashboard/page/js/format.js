@@ -74,8 +74,8 @@ export function duration(value) {
 const NUMBER = String.raw`[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?`;
 /** Numbers with one unit, or a range whose unit is that of the number before it. */
 const QUANTITIES = new RegExp(
-  String.raw`(?<![\w.])(?<numbers>\(?${NUMBER}(?:(?: \.\. |, )${NUMBER})*\)?) (?<unit>rad|m)(?<rate>/s²?)?(?![\w²])|` +
-    String.raw`(?<=range )(?<range>${NUMBER} \.\. ${NUMBER})(?! *[\w°])`,
+  String.raw`(?<![\w.])(?<numbers>\(?${NUMBER}(?:(?: \.\. |, )${NUMBER})*\)?) (?<unit>rad|m)(?<rate>/s²?)?(?![\w²])|`
+    + String.raw`(?<=range )(?<range>${NUMBER} \.\. ${NUMBER})(?! *[\w°])`,
   "g",
 );
 

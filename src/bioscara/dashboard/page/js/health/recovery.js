@@ -79,8 +79,9 @@ export class Recovery {
   async take() {
     const step = this.step;
     if (!step || step.busy || this.settling) return;
-    if (this.hindrance) {
-      this.app.say(this.hindrance, "error");
+    const { hindrance } = this;
+    if (hindrance) {
+      this.app.say(hindrance, "error", () => this.hindrance === hindrance);
       return;
     }
     this.pending = true;

@@ -4,6 +4,7 @@
 /** @import { Recovery } from "../health/recovery.js" */
 
 import { h, setText } from "../dom.js";
+import { readable } from "../format.js";
 import { controllerTables } from "../health/controllers.js";
 import { eventLog } from "../health/event_log.js";
 import { faultDetails } from "../health/fault_details.js";

@@ -21,7 +21,7 @@ export function action(app, label, work, { homed = true, enabled = true, idle = 
   const why = () => refusal(app, { homed, enabled, idle }) || extra();
   const made = button(label, () => {
     const reason = why();
-    if (reason) app.say(`${label}: ${reason}`, "error");
+    if (reason) app.say(`${label}: ${reason}`, "error", () => why() === reason);
     else app.attempt(work);
   }, attributes);
   let former = "";

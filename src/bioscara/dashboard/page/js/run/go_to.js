@@ -36,8 +36,8 @@ export function goToCard(app) {
 
   function fill() {
     const pose = arm.sample?.pose;
-    if (!arm.fresh) app.say(text("refusal.stale"), "error");
-    else if (!pose) app.say(text("refusal.not_homed"), "error");
+    if (!arm.fresh) app.say(text("refusal.stale"), "error", () => !arm.fresh);
+    else if (!pose) app.say(text("refusal.not_homed"), "error", () => !arm.sample?.pose);
     else fields.forEach((field, index) => field.set(pose[index]));
   }
   // Once, so that no field is empty; and only fields in which no text was begun.
@@ -105,8 +105,9 @@ function buttons(app, motion, missing, code, title) {
   /** @type {import("../app.js").Preview | null} */
   let own = null;
   const plan = button(text("run.preview"), () => {
-    const why = missing() || (app.arm.fresh ? "" : text("refusal.stale"));
-    if (why) app.say(`${text("run.preview")}: ${why}`, "error");
+    const reason = () => missing() || (app.arm.fresh ? "" : text("refusal.stale"));
+    const why = reason();
+    if (why) app.say(`${text("run.preview")}: ${why}`, "error", () => reason() === why);
     else app.attempt(preview);
   });
   const execute = action(app, text("run.execute"), async () => {

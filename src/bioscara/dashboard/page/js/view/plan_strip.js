@@ -4,6 +4,7 @@
 /** @import { GoalValue } from "../../messages.d.ts" */
 
 import { button, h, PHONE, setText, setValues } from "../dom.js";
+import { readable } from "../format.js";
 import { text } from "../texts.js";
 import { PlanGuard } from "./plan_guard.js";
 
