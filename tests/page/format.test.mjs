@@ -39,6 +39,7 @@ test("texts of the owner have mm and degrees, and no paths of fields", () => {
     ["at most 0.25 m/s, 1 rad/s²", "at most 250 mm/s, 57.2958°/s²"],
     ["the request cannot be used: Expected `float`, got `null` - at `$.command.motion.z`",
       "the request cannot be used: a number is missing: z"],
+    ["start and goal are the same pose: 0 m and 0 rad apart; leave one of them out", "the tool is there already"],
     ["Expected `str`, got `int` - at `$.command.task.name`", "Expected `str`, got `int`"],
     // No quantities of these units.
     ["speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm",

@@ -90,6 +90,7 @@ export function readable(message) {
   return message
     .replace(/Expected `(?:float|int)`, got `null` - at `\$[^`]*?(\w+)(?:\[\d+\])?`/, "a number is missing: $1")
     .replace(/ - at `\$[^`]*`/, "")
+    .replace(/^start and goal are the same pose: .*/, "the tool is there already")
     .replace(/; are these degrees\? angles are radians|, in metres\b/, "")
     .replace(QUANTITIES, (whole, numbers, given, rate, range) => {
       if (range && !unit) return whole;
