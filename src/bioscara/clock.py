@@ -12,8 +12,8 @@ from contextlib import closing
 from typing import Protocol
 
 Waits = Generator[float, None, None]
-"""A procedure that takes time: runs up to each wait and yields its end [s]. One that is closed while
-it waits ends as after an interruption."""
+"""A procedure that takes time: runs up to each wait and yields its end [s]. One that is closed
+while it waits ends as after an interruption."""
 
 
 class Clock(Protocol):

@@ -154,8 +154,10 @@ def test_a_page_that_moves_nothing_is_left_without_a_word(page: Page, left: Site
 def test_a_page_that_comes_back_works_again(page: Page, left: Site) -> None:
     command(page)
     page.evaluate("""() => {
-        window.dispatchEvent(new PageTransitionEvent("pagehide", { persisted: true }));
-        setTimeout(() => window.dispatchEvent(new PageTransitionEvent("pageshow", { persisted: true })), 300);
+        const tell = (name) =>
+            window.dispatchEvent(new PageTransitionEvent(name, { persisted: true }));
+        tell("pagehide");
+        setTimeout(() => tell("pageshow"), 300);
     }""")
     wait_for_state(page, "no-lease")
     wait_until(lambda: bool(page.evaluate("bioscara.arm.fresh")), "it has samples again")

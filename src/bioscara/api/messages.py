@@ -1340,8 +1340,8 @@ class FaultList(Result, frozen=True, tag="fault_list"):
     Attributes:
         state: ``clear``, ``stopping``, ``latched`` or ``acknowledged``.
         faults: First cause first.
-        warnings: The latest events that stopped nothing; each begins with the call it concerns. Those
-            of a motion are told to the client that began it alone.
+        warnings: The latest events that stopped nothing; each begins with the call it concerns.
+            Those of a motion are told to the client that began it alone.
         warned: When each of them happened, on the arm's clock.
     """
 

@@ -1,4 +1,4 @@
-"""Enabling and disabling take seconds: the control cycles go on meanwhile, and so do their observers."""
+"""Enabling and disabling take seconds: control cycles, and their observers, go on meanwhile."""
 
 from __future__ import annotations
 

@@ -185,7 +185,7 @@ class ArmSession:
             raise stack.supervisor.faults[0].error() from None
 
     def disabling(self) -> Generator[None, None, None]:
-        """Bring all joints to rest and disable them, up to each control cycle that is due meanwhile.
+        """Bring all joints to rest and disable them; runs up to each control cycle meanwhile.
 
         Raises:
             HardwareError: A joint could not be stopped or disabled.
