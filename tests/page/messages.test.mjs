@@ -13,7 +13,7 @@ async function failing(error, state) {
     ...state };
   const app = new App(arm.connection, arm);
   let found = null;
-  app.messageListeners.push((message, kind, holds) => (found = holds));
+  app.messageListeners.push((...told) => (found = told[2]));
   await app.attempt(() => Promise.reject(error));
   return { arm, holds: found };
 }

@@ -72,8 +72,9 @@ def test_a_power_cut_is_one_fault_with_one_cause() -> None:
         eventually(lambda: served.owner.sample.fault == "latched")
         (fault,) = client.request(m.GetFaults()).faults
         assert fault.fault == "POWER_LOST"
-        told = [each.fault for each in events_since(served, before) if each.what == "fault"]
-        assert [each.fault for each in told] == ["POWER_LOST"]
+        assert "the joints do not acknowledge any more, j1 first; release" in fault.text
+        told = [each.text for each in events_since(served, before) if each.what == "fault"]
+        assert [text.split(":")[0] for text in told] == ["POWER_LOST"]
         apply(client, "clear")
         with RemoteRobot(NAME) as robot:
             robot.acquire_lease(force=True)
