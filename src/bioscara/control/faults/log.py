@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
 from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, indicates_power_loss
-from bioscara.errors import BioscaraError, NotEnabledError
+from bioscara.errors import BioscaraError, JointLostError, NotEnabledError
 
 _AT_ONCE = 0.1
 """Joints that drop out within this time dropped out together [s]."""
@@ -38,14 +38,16 @@ class FaultLog:
     def add(self, fault: ArmFault) -> bool:
         """Add a fault; return whether it is the first of its kind from its source.
 
-        A loss of power is one fault: that other joints dropped out at once, and could not be
-        released, is its consequence.
+        A loss of power is one fault: that other joints dropped out at once, and joints that do not
+        answer could not be released, is its consequence.
         """
         lost_power = isinstance(fault.cause, BioscaraError) and indicates_power_loss(fault.cause)
-        if lost_power or fault.kind is FaultKind.HARDWARE_FAILED:
-            for old in self.faults:
-                if old.kind is FaultKind.POWER_LOST and fault.time - old.time <= _AT_ONCE:
-                    return False
+        for old in self.faults:
+            if old.kind is not FaultKind.POWER_LOST or fault.time - old.time > _AT_ONCE:
+                continue
+            silent = isinstance(old.cause, JointLostError)
+            if lost_power or (silent and fault.kind is FaultKind.HARDWARE_FAILED):
+                return False
         for old in self.faults:
             # One that was reclassified is not added again under its first kind.
             same = old.kind is fault.kind or (lost_power and old.kind is FaultKind.POWER_LOST)
