@@ -7,8 +7,13 @@ share one :class:`SimulatedClock`: simulated time passes by waiting.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import closing
 from typing import Protocol
+
+Waits = Generator[float, None, None]
+"""A procedure that takes time: runs up to each wait and yields its end [s]. One that is closed
+while it waits ends as after an interruption."""
 
 
 class Clock(Protocol):
@@ -24,6 +29,13 @@ class Clock(Protocol):
     def sleep_until(self, deadline: float) -> None:
         """Return at ``deadline`` [s], or at once if that has passed."""
         ...
+
+
+def wait_through(clock: Clock, waits: Waits) -> None:
+    """Run a procedure to its end, and wait for it here."""
+    with closing(waits):
+        for due in waits:
+            clock.sleep_until(due)
 
 
 class MonotonicClock:

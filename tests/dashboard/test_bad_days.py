@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from time import sleep
 from typing import Any
 from urllib.error import URLError
 from urllib.request import urlopen
@@ -422,5 +423,26 @@ def test_a_tab_that_is_hidden_or_frozen_ends_a_hold(
         else:
             assert page.evaluate("document.visibilityState") == "hidden"
         stays(left.robot)
-    lease = m.LeaseState
-    wait_until(lambda: left.robot._ask(m.GetLease(), lease).lease.client is None, "it lapses")
+    wait_until(lambda: not holder(left.robot), "it is given back, or lapses")
+
+
+def holder(robot: RemoteRobot) -> str | None:
+    """Return the client that commands the arm."""
+    return robot._ask(m.GetLease(), m.LeaseState).lease.client
+
+
+def test_a_hidden_tab_keeps_control_although_its_timers_stand_still(left: Site) -> None:
+    """A browser lets them run once a minute after some time, but not while DevTools look."""
+    with two_tabs(left.url_for(Scope.OPERATE)) as (page, show_other):
+        wait_until(
+            lambda: page.evaluate("document.documentElement.dataset.state") == "no-lease", "live"
+        )
+        page.evaluate("bioscara.arm.acquire()")
+        show_other()
+        wait_until(lambda: page.evaluate("document.hidden"), "it is hidden")
+        page.evaluate("for (let timer = 1; timer < 10000; timer += 1) clearInterval(timer)")
+        # Three times to live.
+        for _ in range(12):
+            sleep(0.5)
+            assert holder(left.robot)
+        page.evaluate("bioscara.arm.release()")

@@ -125,8 +125,11 @@ def test_each_fault_leads_step_by_step_to_an_enabled_arm(page: Page, left: Site)
     assert robot.faults == ()
     assert not robot.is_enabled
     take(page, "Enable")
-    expect(strip).to_have_count(0)
+    expect(strip).to_contain_text("Step 4 of 4")
+    expect(page.locator(STEP)).to_have_text("Home")
     assert robot.is_enabled
+    strip.get_by_role("button", name="Close").click()
+    expect(strip).to_have_count(0)
     after = robot.state.positions
     assert [after[joint] for joint in (0, 1, 3)] == pytest.approx(
         [before[joint] for joint in (0, 1, 3)], abs=1e-3

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
-import pytest
-from playwright.sync_api import BrowserContext, Page
+from time import monotonic
 
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page
+
+from bioscara.api import messages as m
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, at_rest, command, open_page, stays, swing, wait_for_state
+from dashboard.rig import (
+    Site,
+    at_rest,
+    command,
+    open_page,
+    page_of,
+    stays,
+    swing,
+    wait_for_state,
+)
 from processes import wait_until
+from served import HALF
 
 pytestmark = pytest.mark.browser
 
@@ -91,3 +104,62 @@ def test_after_a_break_of_the_connection_control_is_asked_for_again(page: Page) 
     page.wait_for_selector("#lease-lost:not([hidden])")
     assert "the connection was broken" in page.locator("#lease-lost").inner_text()
     wait_for_state(page, "no-lease", "lease-elsewhere")
+
+
+def begin_motion(page: Page, left: Site) -> None:
+    """Let a page that has the lease move the arm slowly for some seconds."""
+    command(page)
+    goal = HALF[0] + (0.3 if left.robot.state.positions[0] < HALF[0] else -0.3)
+    task = {"kind": "move_joints", "positions": [goal, *HALF[1:]], "velocity_scaling": 0.1}
+    page.evaluate("task => bioscara.start(task)", task)
+    wait_until(lambda: abs(left.robot.state.velocities[0]) > 0.05, "it moves")
+
+
+LEAVE = {
+    "close": lambda page, _: page.close(run_before_unload=True),
+    "reload": lambda page, _: page.evaluate("setTimeout(() => location.reload())"),
+    "away": lambda page, site: page.evaluate(
+        f"setTimeout(() => location.assign('{site.url}arms.html'))"
+    ),
+}
+
+
+@pytest.mark.parametrize("how", LEAVE)
+def test_a_page_that_is_left_gives_control_back_at_once_after_a_word(
+    browser: Browser, left: Site, how: str
+) -> None:
+    with page_of(browser, left, clean=False) as page:
+        begin_motion(page, left)
+        with page.expect_event("dialog") as asked:
+            LEAVE[how](page, left)
+        assert asked.value.type == "beforeunload"
+        assert abs(left.robot.state.velocities[0]) > 0.01
+        asked.value.accept()
+        begin = monotonic()
+        wait_until(lambda: abs(left.robot.state.velocities[0]) < 1e-3, "the arm rests", 2.0)
+        # Decelerating from a tenth of its speed takes a few hundredths.
+        assert monotonic() - begin < 0.5
+        wait_until(lambda: at_rest(left.robot), "the motion has ended")
+        stays(left.robot)
+        assert left.robot._ask(m.GetLease(), m.LeaseState).lease.client is None
+
+
+def test_a_page_that_moves_nothing_is_left_without_a_word(page: Page, left: Site) -> None:
+    command(page)
+    page.on("dialog", lambda dialog: pytest.fail(dialog.type))
+    page.reload()
+    wait_for_state(page, "no-lease")
+
+
+def test_a_page_that_comes_back_works_again(page: Page, left: Site) -> None:
+    command(page)
+    page.evaluate("""() => {
+        const tell = (name) =>
+            window.dispatchEvent(new PageTransitionEvent(name, { persisted: true }));
+        tell("pagehide");
+        setTimeout(() => tell("pageshow"), 300);
+    }""")
+    wait_for_state(page, "no-lease")
+    wait_until(lambda: bool(page.evaluate("bioscara.arm.fresh")), "it has samples again")
+    assert not page.evaluate("bioscara.arm.commands")
+    command(page)

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { degrees, duration, millimetres, number, position, velocity } from "../../src/bioscara/dashboard/page/js/format.js";
+import { degrees, duration, millimetres, number, position, readable, velocity } from "../../src/bioscara/dashboard/page/js/format.js";
 
 test("an unknown number is a dash, and zero has no sign", () => {
   for (const unknown of [null, undefined, NaN]) assert.equal(number(unknown, 2), "–");
@@ -23,4 +23,27 @@ test("lengths are in mm and angles in degrees", () => {
 
 test("a duration has the unit that suits it", () => {
   assert.deepEqual([0.0125, 1, 119.94, 120, 3725].map(duration), ["13 ms", "1.0 s", "119.9 s", "2 min 0 s", "62 min 5 s"]);
+});
+
+test("texts of the owner have mm and degrees, and no paths of fields", () => {
+  const cases = [
+    ["j2: goal 0.9 m is outside -0.0016 .. 0.338 m", "j2: goal 900 mm is outside -1.6 .. 338 mm"],
+    ["j1: goal 9 rad is outside -3.04647 .. 3.04647 rad; are these degrees? angles are radians",
+      "j1: goal 515.662° is outside -174.55 .. 174.55°"],
+    ["(2, 0, 0.2) m, yaw 1.5708 rad cannot be reached: the wrist would be 1.2664 m beyond the reach of 0.6145 m",
+      "(2000, 0, 200) mm, yaw 90.0002° cannot be reached: the wrist would be 1266.4 mm beyond the reach of 614.5 mm"],
+    ["it would take j2 at 5.01 m, 4.67 m beyond its range -0.0016 .. 0.338",
+      "it would take j2 at 5010 mm, 4670 mm beyond its range -1.6 .. 338 mm"],
+    ["width 0.5 m is outside 0.04 .. 0.112 m; give a width between these, in metres",
+      "width 500 mm is outside 40 .. 112 mm; give a width between these"],
+    ["at most 0.25 m/s, 1 rad/s²", "at most 250 mm/s, 57.2958°/s²"],
+    ["the request cannot be used: Expected `float`, got `null` - at `$.command.motion.z`",
+      "the request cannot be used: a number is missing: z"],
+    ["start and goal are the same pose: 0 m and 0 rad apart; leave one of them out", "the tool is there already"],
+    ["Expected `str`, got `int` - at `$.command.task.name`", "Expected `str`, got `int`"],
+    // No quantities of these units.
+    ["speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm",
+      "speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm"],
+  ];
+  for (const [given, expected] of cases) assert.equal(readable(given), expected);
 });

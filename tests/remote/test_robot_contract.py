@@ -129,8 +129,8 @@ def parameters(function: Any) -> list[tuple[str, Any, Any]]:
 
 
 APART = {
-    "abandon", "begin", "cycles", "devices", "forget", "interrupt", "observe", "pausable",
-    "prepare", "prepared", "step", "stopping", "stop_unseen",
+    "abandon", "author", "begin", "caller", "cycles", "devices", "forget", "interrupt", "observe",
+    "pausable", "prepare", "prepared", "step", "stopping", "stop_unseen",
 }  # fmt: skip
 """Names of an operation that only those have that carry it out."""
 

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import pytest
 
 from bioscara import LeaseError, MotionCancelledError
+from bioscara.api import messages as m
 from bioscara.remote import RemoteRobot
 from bioscara.server.serve import Served
-from served import NAME, arm_served
+from served import NAME, arm_served, events_since, eventually
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +88,23 @@ def test_leaving_stops_what_the_program_began(arm: Served) -> None:
     assert motion.done
     assert not arm.robot.is_moving
     assert arm.robot.is_enabled
+
+
+def test_the_warnings_of_a_motion_are_its_callers(arm: Served) -> None:
+    with RemoteRobot(NAME) as first, RemoteRobot(NAME) as second:
+        first.pause()
+        motion = first.move_relative(z=-0.01, wait=False)
+        assert "begins paused" in first.warnings[-1]
+        assert not any("begins paused" in warning for warning in second.warnings)
+        arm.robot.runner.arm.warn("the table is warm")
+        assert "the table is warm" in first.warnings[-1]
+        assert "the table is warm" in second.warnings[-1]
+        eventually(lambda: warned(arm)[-1].text.endswith("warm"))
+        assert [(event.client != "") for event in warned(arm)[-2:]] == [True, False]
+        first.resume()
+        motion.result(timeout=20.0)
+
+
+def warned(arm: Served) -> list[m.Event]:
+    """Return the events of warnings."""
+    return [event for event in events_since(arm, 0) if event.what == "warning"]

@@ -79,11 +79,11 @@ def test_a_file_that_cannot_be_written_changes_nothing(arm: SimulatedArm, tmp_pa
         assert robot.table == before
         path.parent.mkdir()
         robot.table = before.with_pose(pose("plate"))
-        path.write_text(path.read_text().replace("plate", "pla te"))
+        path.write_text(path.read_text().replace("plate", "pla  te"))
         with pytest.raises(ConfigurationError, match=r"poses.yaml, line \d+"):
             robot.table = before
         assert names(robot.table) == ["plate"]
-        assert "pla te" in path.read_text()
+        assert "pla  te" in path.read_text()
 
 
 def test_a_borrowed_table_is_not_saved(arm: SimulatedArm, tmp_path: Path) -> None:

@@ -21,7 +21,16 @@ from bioscara.robot import tasks
 from bioscara.robot.arm_methods import ArmMethods
 from bioscara.server.serve import Served, ServeSettings, serving
 from bioscara.sim import FirmwareBus
-from served import HALF, NAME, RawClient, arm_served, eventually, own_robot, runtime_folder
+from served import (
+    HALF,
+    NAME,
+    RawClient,
+    arm_served,
+    events_since,
+    eventually,
+    own_robot,
+    runtime_folder,
+)
 
 
 def apply(client: RawClient, fault: str, value: float | None = None, joint: str = "") -> None:
@@ -52,6 +61,25 @@ def test_the_arm_fails_and_recovers_once_the_fault_is_over(fault: str, value: fl
             recovered(robot)
             if not math.isnan(sum(robot.state.positions)):
                 robot.move_relative(z=0.002)
+
+
+def test_a_power_cut_is_one_fault_with_one_cause() -> None:
+    with arm_served(speed=20.0) as served, RawClient() as client:
+        client.request(m.Start(task=tasks.Enable()), client.acquire())
+        eventually(lambda: served.owner.sample.enabled)
+        before = served.owner.events.last
+        apply(client, "supply", 0.0)
+        eventually(lambda: served.owner.sample.fault == "latched")
+        (fault,) = client.request(m.GetFaults()).faults
+        assert fault.fault == "POWER_LOST"
+        assert "the joints do not acknowledge any more, j1 first; release" in fault.text
+        told = [each.text for each in events_since(served, before) if each.what == "fault"]
+        assert [text.split(":")[0] for text in told] == ["POWER_LOST"]
+        apply(client, "clear")
+        with RemoteRobot(NAME) as robot:
+            robot.acquire_lease(force=True)
+            recovered(robot)
+        assert client.request(m.GetFaults()).faults == ()
 
 
 def recovered(robot: ArmMethods) -> None:

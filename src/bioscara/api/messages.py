@@ -1174,7 +1174,14 @@ class Received(ApiMessage, frozen=True, forbid_unknown_fields=True, tag="receive
     cycle: int
 
 
-FromClient = ClientHello | ClientRequest | Received
+class Leave(ApiMessage, frozen=True, forbid_unknown_fields=True, tag="leave"):
+    """End this client, and its lease at once if it has one; has no answer.
+
+    A gateway says it for a browser whose page was closed, as that may have no time for it.
+    """
+
+
+FromClient = ClientHello | ClientRequest | Received | Leave
 
 
 # From the owner: results.
@@ -1346,6 +1353,7 @@ class FaultList(Result, frozen=True, tag="fault_list"):
         state: ``clear``, ``stopping``, ``latched`` or ``acknowledged``.
         faults: First cause first.
         warnings: The latest events that stopped nothing; each begins with the call it concerns.
+            Those of a motion go only to the client that began it.
         warned: When each of them happened, on the arm's clock.
     """
 
@@ -1408,7 +1416,9 @@ class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
     Attributes:
         cycles: Control cycles since the owner began.
         overruns: Cycles that had not ended when the next was due.
-        late: 50th and 99th percentile and maximum of the delay at their begin.
+        rate: Cycles of the last second of real time [Hz].
+        late: 50th and 99th percentile and maximum of the delay at their begin, also of a simulated
+            arm in real time.
         read: Likewise, of the time that reading the joints took.
         update: Likewise, of controllers and limits.
         write: Likewise, of writing.
@@ -1419,6 +1429,7 @@ class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
 
     cycles: int
     overruns: int
+    rate: int
     late: tuple[float, float, float]
     read: tuple[float, float, float]
     update: tuple[float, float, float]
@@ -1653,7 +1664,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
         paused_by: Names of the clients that paused it, oldest first.
         speed_override: Share of the planned speed.
         moving: Names of the operations that use the arm or the gripper.
-        late: How much later than due the cycle began.
+        late: How much later than due the cycle began; of a simulated arm too in real time.
         bus_time: Duration of its exchanges.
         stale: Whether the joints are not read now, as after a loss of the bus: then positions are
             unknown.

@@ -9,7 +9,7 @@ from contextlib import suppress
 from math import isnan
 
 from bioscara.bus import Bus
-from bioscara.clock import Clock
+from bioscara.clock import Clock, Waits, wait_through
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import (
     BioscaraError,
@@ -125,10 +125,26 @@ class ArmHardware(HardwareComponent):
 
     def on_activate(self) -> None:
         """Enable every joint at its present position; if one fails, all are released."""
+        wait_through(self._clock, self._enabling())
+
+    def activating(self) -> Waits:
+        """Run :meth:`activate` up to each of its waits, between which it can be read.
+
+        The errors are those of :meth:`activate`.
+        """
+        self._require("activate", LifecycleState.INACTIVE)
+        try:
+            yield from self._enabling()
+        except BaseException:
+            self._forget()
+            raise
+        self._enter(LifecycleState.ACTIVE)
+
+    def _enabling(self) -> Waits:
         try:
             for axis in self.axes:
                 try:
-                    axis.joint.enable()
+                    yield from axis.joint.enabling()
                 except BioscaraError as error:
                     raise self._cause(axis, error) from error
                 axis.halted, axis.mode = None, Mode.NONE
@@ -151,6 +167,28 @@ class ArmHardware(HardwareComponent):
             self.disable()
         finally:
             self._end_modes()
+
+    def deactivating(self) -> Waits:
+        """Run :meth:`deactivate` up to each of its waits, between which it can be read.
+
+        If something fails or ends it early, :meth:`deactivate` does all of it again, without
+        waits. It may be taken down meanwhile, after a fault.
+        """
+        self._require("deactivate", LifecycleState.ACTIVE)
+        self._exchange.enabled = False
+        try:
+            for joint in self.joints:
+                joint.stop()
+            for joint in self.joints:
+                yield from joint.disabling()
+            self._end_modes()
+        except BaseException as error:
+            if self.state is LifecycleState.ACTIVE:
+                self.deactivate()
+            if not isinstance(error, BioscaraError):
+                raise
+        if self.state is LifecycleState.ACTIVE:
+            self._enter(LifecycleState.INACTIVE)
 
     def on_cleanup(self) -> None:
         """Deinitialise every joint; nothing is sent."""

@@ -103,14 +103,15 @@ class Arm:
         """
         return self.session.stack
 
-    def warn(self, text: str, call: str | None = None) -> None:
+    def warn(self, text: str, call: str | None = None, author: str = "") -> None:
         """Add a warning that a person should see.
 
         Args:
             text: What happened.
             call: Name of the call in the warning; None for the calls that use the arm now.
+            author: Key of the client whose motion it concerns alone; empty for all.
         """
-        self.stack.supervisor.warn(text, self.session.clock.now(), call)
+        self.stack.supervisor.warn(text, self.session.clock.now(), call, author)
 
     @property
     def calls(self) -> str:

@@ -470,7 +470,8 @@ class ArmMethods(ABC):
         then on; ``save_table(path, robot.table)`` writes a file. An owner saves its own.
 
         Args:
-            name: Letters, digits, ``_`` and ``-``; begins with a letter.
+            name: Letters, digits, ``_`` and ``-``, with single spaces between; begins with a
+                letter.
             overwrite: Whether it replaces a taught pose of that name.
 
         Returns:

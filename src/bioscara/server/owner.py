@@ -15,6 +15,7 @@ from typing import Any
 from bioscara.api import messages as m
 from bioscara.api.values import fault_value, workspace_value
 from bioscara.control.faults.kinds import ArmFault
+from bioscara.control.faults.warning import ArmWarning
 from bioscara.control.loop.loop import CycleReport
 from bioscara.errors import (
     ConflictError,
@@ -160,7 +161,7 @@ class Owner:
         self.controllers_sample: m.ControllersSample | None = None
         self.controllers_wanted = False
         self._faults: tuple[ArmFault, ...] = ()
-        self._warnings: tuple[str, ...] = ()
+        self._warnings: tuple[ArmWarning, ...] = ()
         self._activity = self._arm.stack.manager.activity
         self._posted = False
         self._over: deque[tuple[ClientGoal, int]] = deque()
@@ -189,7 +190,7 @@ class Owner:
             m.SetRealTimeFactor: lambda client, command, _: self._simulation.set_factor(
                 command.real_time_factor, client.name
             ),
-            m.GetFaults: lambda *_: fault_list(self._arm),
+            m.GetFaults: lambda client, *_: fault_list(self._arm, client.session),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.Report: self._report,
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
@@ -326,7 +327,8 @@ class Owner:
             if self._warnings[shift:] == warnings[: len(self._warnings) - shift]:
                 break
         for warning in warnings[len(self._warnings) - shift :]:
-            self._warn(str(warning))
+            known = warning.author and warning.author == self.lease.holder
+            self._event("warning", str(warning), self.lease.client if known else "")
         self._warnings = warnings
 
     def _warn(self, text: str) -> None:
@@ -392,6 +394,7 @@ class Owner:
 
         conditions = Conditions(command.timeout, observe if command.records else None)
         operation = self._tasks.operation(command.task, conditions, trajectory)
+        operation.author = client.session
         check = self.check(operation.name, client, epoch)
         revision = getattr(command.task, "revision", None)
 

@@ -225,7 +225,8 @@ def test_a_stop_at_the_end_of_a_call_is_still_raised(scene: Bench) -> None:
     gate.open()
     error = other.end()
     assert isinstance(error, MotionCancelledError)
-    assert str(error) == "enable() was stopped; nothing moves"
+    assert str(error) == "enable() was stopped before anything moved"
+    assert not any(map(scene.arm.has_torque, NAMES))
     scene.robot.move_joints(START)
 
 

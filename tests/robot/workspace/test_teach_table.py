@@ -183,7 +183,7 @@ def test_an_error_names_its_line(tmp_path: Path) -> None:
         ("mass: 0.1", "mass: -1.0", 3, "tools.needle.mass: -1 is outside 0 .. 10 kg"),
         ("  plate:", "  center:", 5, "there is a pose center already"),
         ("  needle: {", "  fingers: {", 3, "there is a tool fingers already"),
-        ("  plate:", "  a b:", 5, "pose name 'a b'"),
+        ("  plate:", "  a  b:", 5, "with single spaces between"),
         ("  plate:", "  7:", 5, "7 is not a name; quote it"),
         ("    joints: {j1: 0.3, j2: 0.1, j3: 0.8, j4: 0.0}\n", "", 5, "neither joints nor a pose"),
         ("    tool: needle", '    calibration: "a\\nb"', 5, "printable"),
@@ -419,3 +419,15 @@ def test_the_built_in_pose_is_reachable() -> None:
     arm = kinematics_with(PARAMETERS, FINGERS)
     assert [pose.name for pose in BUILT_IN] == ["center"]
     assert all(pose.joints and arm.beyond(pose.joints) == [] for pose in BUILT_IN)
+
+
+def test_a_name_of_a_pose_may_have_words(tmp_path: Path) -> None:
+    pose = NamedPose("left plate 1", Joints(0.0, 0.2, 0.0, 0.0))
+    path = tmp_path / "poses.yaml"
+    save_table(path, TeachTable(FINGERS).with_pose(pose))
+    assert load_table(path, FINGERS).pose("left plate 1") == pose
+    for name in (" plate", "plate ", "a  b", "a\tb", "a\nb", "1 a", "a " * 33 + "a", "a\u00a0b"):
+        with pytest.raises(InvalidArgumentError, match="single spaces"):
+            NamedPose(name, pose.joints)
+    with pytest.raises(InvalidArgumentError, match="tool name 'a b'"):
+        Tool("a b", Pose(0.0, 0.0, 0.0, 0.0))

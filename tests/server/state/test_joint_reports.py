@@ -50,7 +50,7 @@ def test_a_joint_that_restarted_has_another_boot_id_and_says_why() -> None:
 
 def test_the_counters_of_a_moving_arm_are_left_alone() -> None:
     with arm_served(speed=1.0) as served, RawClient() as client:
-        overruns = client.request(m.GetStatistics()).overruns
+        loop = served.robot.runner.arm.stack.loop
         with Robot.connect(f"arm:{NAME}") as robot:
             motion = robot.move_joints((0.9, 0.2, 0.8, -0.5), wait=False)
             assert client.request(m.GetState()).moving
@@ -60,7 +60,8 @@ def test_the_counters_of_a_moving_arm_are_left_alone() -> None:
             motion.wait()
             eventually(lambda: not math.isnan(asked(client).counted))
         assert served.robot.faults == ()
-        assert client.request(m.GetStatistics()).overruns <= overruns + 5
+        # By the arm's clock: a late computer delays cycles in real time alone.
+        assert loop.statistics.periods.percentile(99.0) < 1.5 * loop.period
 
 
 def test_a_joint_that_overheated_is_hot() -> None:

@@ -93,7 +93,9 @@ class ArmFault:
     def __str__(self) -> str:
         cause = self.cause
         what: object = cause
-        if isinstance(cause, JointError | BusStuckError):
+        if self.kind is FaultKind.POWER_LOST and isinstance(cause, JointLostError):
+            what = f"the joints do not acknowledge any more, {cause.joint} first"
+        elif isinstance(cause, JointError | BusStuckError):
             what = cause.what
         elif isinstance(cause, BioscaraError):
             what = brief(cause.message)  # without the file, which is an attribute of the fault

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
 from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, indicates_power_loss
-from bioscara.errors import BioscaraError, NotEnabledError
+from bioscara.errors import BioscaraError, JointLostError, NotEnabledError
 
 _AT_ONCE = 0.1
 """Joints that drop out within this time dropped out together [s]."""
@@ -36,8 +36,18 @@ class FaultLog:
         return min((fault.kind.stop for fault in self.faults), key=_STRONGEST_FIRST.index)
 
     def add(self, fault: ArmFault) -> bool:
-        """Add a fault; return whether it is the first of its kind from its source."""
+        """Add a fault; return whether it is the first of its kind from its source.
+
+        A loss of power is one fault: that other joints dropped out at once, and joints that do not
+        answer could not be released, is its consequence.
+        """
         lost_power = isinstance(fault.cause, BioscaraError) and indicates_power_loss(fault.cause)
+        for old in self.faults:
+            if old.kind is not FaultKind.POWER_LOST or fault.time - old.time > _AT_ONCE:
+                continue
+            silent = isinstance(old.cause, JointLostError)
+            if lost_power or (silent and fault.kind is FaultKind.HARDWARE_FAILED):
+                return False
         for old in self.faults:
             # One that was reclassified is not added again under its first kind.
             same = old.kind is fault.kind or (lost_power and old.kind is FaultKind.POWER_LOST)
@@ -97,5 +107,9 @@ class FaultLog:
             and not (unheard and isinstance(fault.cause, NotEnabledError))
         }
         if len(recent) >= self._joints - 1:
-            first = min(recent.values())
+            first, *others = sorted(recent.values())
             self.faults[first] = replace(self.faults[first], kind=FaultKind.POWER_LOST)
+            kept = self._groups[-1][0] if self._groups else 0
+            for number in reversed(others):
+                if number >= kept:
+                    del self.faults[number]

@@ -116,15 +116,17 @@ class Supervisor:
             error.evidence = None if first.evidence is None else str(first.evidence)
             raise error
 
-    def warn(self, text: str, time: float, call: str | None = None) -> None:
+    def warn(self, text: str, time: float, call: str | None = None, author: str = "") -> None:
         """Add a warning.
 
         Args:
             text: What happened.
             time: Now [s].
             call: Name of the call in the warning; None for the calls that use the arm now.
+            author: Key of the client whose motion it concerns alone; empty for all.
         """
-        self.warnings.append(ArmWarning(text, time, self.calls() if call is None else call))
+        call = self.calls() if call is None else call
+        self.warnings.append(ArmWarning(text, time, call, author))
 
     def check(self, time: float, period: float) -> None:
         """Check the cycle that just ended, and react.

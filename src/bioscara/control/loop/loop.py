@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from itertools import chain
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bioscara.clock import Clock
 from bioscara.control.faults.flight_recorder import FlightRecord, Timing
@@ -46,6 +46,18 @@ class _Miss(NamedTuple):
     host: float
 
 
+class Pace(Protocol):
+    """Simulated time that is held back to real time, and may be late in real time alone.
+
+    Attributes:
+        late: How much later than due the last wait ended, in real time [s].
+        real_time_factor: Simulated time in a second of real time.
+    """
+
+    late: float
+    real_time_factor: float
+
+
 class CycleReport(NamedTuple):
     """One cycle of the loop.
 
@@ -76,6 +88,8 @@ class Loop:
         rate: Cycles per second [Hz].
         bus_time: Duration of a cycle's exchanges [s].
         watchdog: Fed after every good cycle.
+        pace: The pace of a simulated clock; None for another one. Lateness in real time alone
+            is counted and reported, and is no fault: the joints are as late.
 
     Attributes:
         rate: As given.
@@ -95,6 +109,7 @@ class Loop:
         rate: int,
         bus_time: float = 0.0,
         watchdog: Watchdog | None = None,
+        pace: Pace | None = None,
     ) -> None:
         rate = require_rate(rate)
         highest = highest_rate(bus_time)
@@ -105,6 +120,7 @@ class Loop:
             )
         self._manager, self._supervisor, self._record = manager, supervisor, record
         self._clock, self._watchdog, self._bus_time = clock, watchdog, bus_time
+        self._pace = pace
         self.rate, self.period = rate, 1.0 / rate
         self.statistics = CycleStatistics()
         self._deadline = self._last = math.nan
@@ -142,9 +158,12 @@ class Loop:
 
     def _step(self, before: Callable[[], object] | None) -> CycleReport:
         clock, manager, supervisor = self._clock, self._manager, self._supervisor
-        ready = clock.now()
+        ready, late_in_real_time = clock.now(), 0.0
         if not math.isnan(self._deadline):
             clock.sleep_until(self._deadline)
+            if (pace := self._pace) is not None:
+                late_in_real_time = pace.late
+                self.statistics.overruns += late_in_real_time * pace.real_time_factor > self.period
         if before is not None:
             before()
         time = clock.now()
@@ -172,6 +191,7 @@ class Loop:
             supervisor.crash(error, time)
             self._deadline = clock.now() + self.period
         # Timing(...) and CycleReport(...) take twice as long.
+        late = max(late, late_in_real_time)
         timing = _new(Timing, (late, *manager.statistics.timing))
         self._record.append(time, timing)
         self._count(period, timing)
@@ -190,6 +210,7 @@ class Loop:
     def _count(self, period: float, timing: Timing) -> None:
         statistics, (late, read, update, write) = self.statistics, timing
         statistics.cycles += 1
+        statistics.note_begin()
         statistics.periods.add(period)
         statistics.late.add(late)
         statistics.read.add(read)

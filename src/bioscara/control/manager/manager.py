@@ -289,12 +289,23 @@ class ControllerManager:
             raise SwitchError(unknown(name, known, "hardware component"))
         component = known[name]
         if state < component.state or state is LifecycleState.FINALIZED:
-            problems: list[SwitchFailure] = []
             # An INACTIVE component is still read.
-            including_readers = state is not LifecycleState.INACTIVE
-            self._switcher.release(component, time, problems, including_readers=including_readers)
-            self._report_later(problems, time)
+            self.release(component, time, including_readers=state is not LifecycleState.INACTIVE)
         return component.set_state(state)
+
+    def release(
+        self, component: HardwareComponent, time: float, *, including_readers: bool = False
+    ) -> None:
+        """Deactivate the controllers of a component that is brought to a lower state next.
+
+        Args:
+            component: The component.
+            time: Now [s].
+            including_readers: Whether controllers that only read it are deactivated too.
+        """
+        problems: list[SwitchFailure] = []
+        self._switcher.release(component, time, problems, including_readers=including_readers)
+        self._report_later(problems, time)
 
     def shutdown(self, time: float) -> list[Exception]:
         """Shut all controllers, then all hardware down; return the exceptions."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable
-from time import perf_counter
+from time import monotonic, perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -246,20 +247,34 @@ class CycleStatistics:
 
     Attributes:
         cycles: How many there were.
-        overruns: How many had not ended when the next was due.
+        overruns: How many had not ended when the next was due, also in real time alone.
         periods: Times from begin to begin.
-        late: How much later than scheduled they began.
+        late: How much later than scheduled they began, in real time if that is later.
         read: Durations of reading.
         update: Durations of controllers and limits.
         write: Durations of writing.
     """
 
-    __slots__ = ("cycles", "late", "overruns", "periods", "read", "update", "write")
+    __slots__ = ("_begun", "cycles", "late", "overruns", "periods", "read", "update", "write")
 
     def __init__(self) -> None:
         self.cycles = self.overruns = 0
         self.periods, self.late = Histogram(), Histogram()
         self.read, self.update, self.write = Histogram(), Histogram(), Histogram()
+        self._begun: deque[float] = deque()
+
+    def note_begin(self) -> None:
+        """Note that a cycle has begun."""
+        begun, now = self._begun, monotonic()
+        begun.append(now)
+        while begun[0] <= now - 1.0:
+            begun.popleft()
+
+    @property
+    def rate(self) -> int:
+        """Cycles of the last second of real time [Hz]; 0 if none has begun for so long."""
+        begun = self._begun
+        return len(begun) if begun and begun[-1] > monotonic() - 1.0 else 0
 
     def __str__(self) -> str:
         lines = [f"{self.cycles} cycles, {self.overruns} overruns"]

@@ -1,6 +1,6 @@
 // Generated from src/bioscara/api/messages.py by `make generate`: the messages of an owner, as JSON.
 
-export type FromClient = ClientHello | ClientRequest | Received;
+export type FromClient = ClientHello | ClientRequest | Received | Leave;
 
 export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
@@ -658,6 +658,10 @@ export interface LeaseValue {
   remaining: number;
 }
 
+export interface Leave {
+  kind: "leave";
+}
+
 export interface ListControllers {
   kind: "list_controllers";
 }
@@ -1029,6 +1033,7 @@ export interface Statistics {
   kind: "statistics";
   cycles: number;
   overruns: number;
+  rate: number;
   late: [number, number, number];
   read: [number, number, number];
   update: [number, number, number];

@@ -9,7 +9,7 @@ from functools import partial
 
 from bioscara.arguments import flag, number, shown, whole
 from bioscara.bus import Bus
-from bioscara.clock import Clock
+from bioscara.clock import Clock, Waits, wait_through
 from bioscara.drivers.joint import capture
 from bioscara.drivers.joint.cyclic import CyclicExchange
 from bioscara.drivers.joint.feedback import EncoderFeedback
@@ -372,6 +372,10 @@ class Joint:
             JointFaultError, StalledError: A fault is latched, or the check failed.
             NotEnabledError: The joint did not engage.
         """
+        wait_through(self.clock, self.enabling(drive_percent, hold_percent))
+
+    def enabling(self, drive_percent: int | None = None, hold_percent: int | None = None) -> Waits:
+        """Run :meth:`enable` up to each of its waits; arguments and errors as there."""
         parameters, settings = self.parameters, self.settings
         drive, hold = parameters.drive_current_percent, parameters.hold_current_percent
         if drive_percent is not None:
@@ -390,7 +394,7 @@ class Joint:
         # If only the answer is lost, the motor is enabled.
         self.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
-        self._supervise(not_busy, _ORIENTATION_TIMEOUT, "enabling")
+        yield from self._supervised(not_busy, _ORIENTATION_TIMEOUT, "enabling")
         if self.session.flags & Flags.NOTENABLED:
             self.raise_fault()
             raise NotEnabledError(f"{self.name}: the motor did not engage", self.name)
@@ -407,22 +411,26 @@ class Joint:
         Raises:
             CommunicationError, JointError: The first error of these steps.
         """
+        wait_through(self.clock, self.disabling())
+
+    def disabling(self) -> Waits:
+        """Run :meth:`disable` up to each of its waits; errors as there."""
         self.session.require_open()
-        wait_for_rest = partial(self._monitor.wait_for_rest, "disable")
-        steps: tuple[Callable[[], object], ...] = (
+        waits_for_rest = partial(self._monitor.waits_for_rest, "disable")
+        steps: tuple[Callable[[], Waits | None], ...] = (
             self.stop,
-            wait_for_rest,
+            waits_for_rest,
             partial(self.settings.set_hold_current, 0),
             partial(self.settings.set_drive_current, 0),
             partial(self.settings.set_brake_mode, BrakeMode.FREEWHEEL),
         )
         if self.version == 2:
             # A version 2 joint removes the current once the rotor no longer oscillates.
-            steps += (wait_for_rest,)
+            steps += (waits_for_rest,)
         problem: CommunicationError | JointError | None = None
         for step in steps:
             try:
-                step()
+                yield from step() or ()
             except (CommunicationError, JointError) as error:
                 problem = problem or error
         if problem is not None:
@@ -730,8 +738,19 @@ class Joint:
         cancel: Cancel | None = None,
     ) -> None:
         """Wait for the end of a motion; an exception during the wait also ends the motion."""
+        wait_through(self.clock, self._supervised(done, timeout, what, progress, cancel))
+
+    def _supervised(
+        self,
+        done: Done,
+        timeout: float,
+        what: str,
+        progress: Progress | None = None,
+        cancel: Cancel | None = None,
+    ) -> Waits:
+        """Run :meth:`_supervise` up to each of its waits."""
         try:
-            self._monitor.wait_for(done, timeout, what, progress, cancel)
+            yield from self._monitor.waits_for(done, timeout, what, progress, cancel)
         except BaseException as reason:
             with suppress(CommunicationError, JointError):
                 self.stop()

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from bioscara.arguments import function
-from bioscara.clock import Clock
+from bioscara.clock import Clock, Waits, wait_through
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.sample import JointSample
 from bioscara.drivers.joint.settings import Settings
@@ -83,13 +83,24 @@ class MotionMonitor:
             CommunicationError: The joint stopped answering; a version 2 joint then stops
                 autonomously, one with its original firmware continues to its target or end stop.
         """
+        wait_through(self._clock, self.waits_for(done, timeout, what, progress, cancel))
+
+    def waits_for(
+        self,
+        done: Done,
+        timeout: float,
+        what: str,
+        progress: Progress | None = None,
+        cancel: Cancel | None = None,
+    ) -> Waits:
+        """Run :meth:`wait_for` up to each of its waits; arguments and errors as there."""
         name, clock, session = self._parameters.name, self._clock, self._session
         interval = _INTERVAL[session.version]
         due = clock.now()
         deadline = due + timeout
         while True:
             due += interval
-            clock.sleep_until(due)
+            yield due
             if session.version == 2:
                 session.write(Register.WATCHDOG, WATCHDOG_MS)
             sample = self._feedback.read()
@@ -106,8 +117,12 @@ class MotionMonitor:
 
     def wait_for_rest(self, what: str) -> None:
         """Wait until a joint that is ramping down is at rest; raises as :meth:`wait_for`."""
+        wait_through(self._clock, self.waits_for_rest(what))
+
+    def waits_for_rest(self, what: str) -> Waits:
+        """Run :meth:`wait_for_rest` up to each of its waits."""
         timeout = self._parameters.max_velocity / self._settings.max_acceleration + _REST_MARGIN
-        self.wait_for(self.at_rest(), timeout, f"ramping down after {what}")
+        return self.waits_for(self.at_rest(), timeout, f"ramping down after {what}")
 
     def at_rest(self) -> Done:
         """Return the test for standstill: its state; in version 1 three consistent samples."""

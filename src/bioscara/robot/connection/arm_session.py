@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
+from contextlib import closing
 from pathlib import Path
 
 from bioscara.arguments import shown
 from bioscara.bus import Bus
-from bioscara.clock import Clock
+from bioscara.clock import Clock, Waits
 from bioscara.control.faults.kinds import FaultKind, reports_missing_supply
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.drivers import Gripper
@@ -140,8 +142,13 @@ class ArmSession:
             self.bus.close()
             raise
 
-    def enable(self) -> None:
+    def enabling(self, admit: Callable[[], object]) -> Generator[None, None, None]:
         """Enable all joints at their positions, unless they are enabled; nothing moves.
+
+        It takes up to 3 s, and runs up to each control cycle that is due meanwhile.
+
+        Args:
+            admit: Called after each of these cycles; raises to release the joints again.
 
         Raises:
             FaultedError: A fault is latched, here or in a joint.
@@ -156,27 +163,42 @@ class ArmSession:
             # A joint may have stopped autonomously while its state was not read.
             stack.latch(self.hardware.latched(Flags.FAULT), self.clock.now())
             stack.supervisor.require_clear()
-            try:
-                self.hardware.activate()
-            except BioscaraError as error:
-                # The others are not enabled after one has failed, so it stands for all of them.
-                kind = FaultKind.POWER_LOST if reports_missing_supply(error) else None
-                stack.latch([error], self.clock.now(), kind)
-                raise stack.supervisor.faults[0].error() from None
+            with closing(self.hardware.activating()) as waits:
+                while (due := self._next_wait(waits)) is not None:
+                    stack.loop.restart()
+                    while self.clock.now() < due:
+                        yield
+                        stack.supervisor.require_clear()
+                        admit()
             stack.loop.restart()
         stack.broadcast(self.clock.now())
 
-    def disable(self) -> None:
-        """Bring all joints to rest and disable them.
+    def _next_wait(self, waits: Waits) -> float | None:
+        """Return the end of the next wait of enabling [s]; None at its end."""
+        stack = self.stack
+        try:
+            return next(waits, None)
+        except BioscaraError as error:
+            # The others are not enabled after one has failed, so it stands for all of them.
+            kind = FaultKind.POWER_LOST if reports_missing_supply(error) else None
+            stack.latch([error], self.clock.now(), kind)
+            raise stack.supervisor.faults[0].error() from None
+
+    def disabling(self) -> Generator[None, None, None]:
+        """Bring all joints to rest and disable them; runs up to each control cycle meanwhile.
 
         Raises:
             HardwareError: A joint could not be stopped or disabled.
         """
         stack = self.stack
         if self.hardware.state is LifecycleState.ACTIVE:
-            stack.manager.set_hardware_state(
-                self.hardware.name, LifecycleState.INACTIVE, self.clock.now()
-            )
+            stack.manager.release(self.hardware, self.clock.now())
+            with closing(self.hardware.deactivating()) as waits:
+                for due in waits:
+                    # The step before may have taken longer than a cycle.
+                    stack.loop.restart()
+                    while self.clock.now() < due:
+                        yield
         elif problems := release(self.hardware.joints):
             raise HardwareError("; ".join(problems), self.hardware.name)
 

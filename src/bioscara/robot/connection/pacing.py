@@ -21,6 +21,7 @@ class PacedClock:
         paced: Whether time is held back; may be changed at any time.
         real_time_factor: Simulated time that may pass in a second of real time ; may be changed
             at any time, and then applies from the next wait on.
+        late: How much later than due the last wait ended, in real time [s]; 0 if it was not paced.
     """
 
     def __init__(self, clock: Clock, wall: Clock | None = None) -> None:
@@ -28,6 +29,7 @@ class PacedClock:
         self._wall: Clock = MonotonicClock() if wall is None else wall
         self._paced = False
         self.real_time_factor = self._applied = 1.0
+        self.late = 0.0
         self._lead = 0.0
 
     @property
@@ -47,17 +49,17 @@ class PacedClock:
     def sleep_until(self, deadline: float) -> None:
         """Let the simulation run until ``deadline`` [s]; if paced, return no earlier than due."""
         self._clock.sleep_until(deadline)
+        self.late = 0.0
         if not self._paced:
             return
         if self.real_time_factor != self._applied:
             # Here, in the thread of the loop: its settings are never half changed.
             self._restart()
         due = self._clock.now() / self._applied + self._lead
-        behind = self._wall.now() - due
-        if behind > _LOST:
-            self._lead += behind
-        else:
-            self._wall.sleep_until(due)
+        self._wall.sleep_until(due)
+        self.late = max(self._wall.now() - due, 0.0)
+        if self.late > _LOST:
+            self._lead += self.late
 
     def _restart(self) -> None:
         """Hold time back from now on, so that no time before counts."""

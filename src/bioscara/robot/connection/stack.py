@@ -32,6 +32,7 @@ from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, 
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.model import ArmParameters, JointParameters
 from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE
+from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.workspace.workspace import Workspace
 
 C = TypeVar("C")
@@ -127,8 +128,9 @@ class Stack:
         write = EvidenceFolder(evidence).write
         self.supervisor = Supervisor(self.manager, hardware, HOLD, record, write)
         self.watchdog = Watchdog.from_environment()
+        pace = clock if isinstance(clock, PacedClock) else None
         self.loop = Loop(
-            self.manager, self.supervisor, record, clock, hertz, bus_time, self.watchdog
+            self.manager, self.supervisor, record, clock, hertz, bus_time, self.watchdog, pace
         )
 
     @property

@@ -203,7 +203,7 @@ def ready(arm: Arm, operation: Operation[Any]) -> Cycles[None]:
     """
     arm.pace(homing=False)
     operation.claim.require_not_stopped()
-    arm.session.enable()
+    yield from arm.session.enabling(operation.claim.require_not_stopped)
     arm.stack.use_workspace(arm.workspace)
     arm.restart_loop(operation)
     yield None

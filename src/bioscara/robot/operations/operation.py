@@ -241,6 +241,13 @@ class Operation(Running[T]):
 
     pausable = False
     """Whether it can be paused."""
+    author = ""
+    """Key of the client that begins it; empty for the program that has the arm."""
+
+    @property
+    def caller(self) -> tuple[str, str]:
+        """Its name and its author, for warnings that concern its caller alone."""
+        return self.name, self.author
 
     def cancel(self) -> None:
         self.claim.stopped = True

@@ -15,21 +15,19 @@ class Enable(Operation[None]):
     """Enables all joints at their positions."""
 
     def cycles(self, arm: Arm) -> Cycles[None]:
-        """Enable the joints, without a control cycle."""
+        """Enable the joints; a stop meanwhile releases them again."""
         self.claim.require_not_stopped()
-        arm.session.enable()
-        yield from ()
+        yield from arm.session.enabling(self.claim.require_not_stopped)
 
 
 class Disable(Operation[None]):
     """Brings all joints to rest and disables them."""
 
     def cycles(self, arm: Arm) -> Cycles[None]:
-        """Disable the joints, without a control cycle."""
-        arm.session.disable()
-        # Disabling takes longer than a cycle.
+        """Disable the joints."""
+        yield from arm.session.disabling()
+        # Disabling takes longer than a cycle where a joint fails.
         arm.restart_loop(self)
-        yield from ()
 
 
 class EnableGripper(Operation[None]):

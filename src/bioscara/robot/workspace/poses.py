@@ -22,7 +22,7 @@ class NamedPose:
     solution. If both are given, the joints are the goal and the pose records where the tool was.
 
     Attributes:
-        name: Letters, digits, ``_`` and ``-``; begins with a letter.
+        name: Letters, digits, ``_`` and ``-``, with single spaces between; begins with a letter.
         joints: Positions of the joints [rad, m, rad, rad], or None.
         pose_tool_in_base: Pose of the tool in the base, or None.
         tool: Name of the tool that it was taught with.
@@ -40,7 +40,7 @@ class NamedPose:
     calibration: str = ""
 
     def __post_init__(self) -> None:
-        check_name("pose", self.name)
+        check_name("pose", self.name, words=True)
         check_name("tool", self.tool)
         if self.joints is None and self.pose_tool_in_base is None:
             raise InvalidArgumentError(f"pose {self.name} has neither joints nor a pose")

@@ -22,6 +22,7 @@ FINGERS = "fingers"
 
 _HINTS = {"m": "; are these millimetres?", "rad": "; are these degrees?"}
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+_WORDS = re.compile(r"(?=.{1,64}$)[A-Za-z][A-Za-z0-9_-]*(?: [A-Za-z0-9_-]+)*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,16 +79,22 @@ def kinematics_of(parameters: ArmParameters) -> Scara:
     return kinematics_with(parameters, fingers(parameters))
 
 
-def check_name(what: str, name: str) -> None:
-    """Raise unless ``name`` can be the name of a tool or pose.
+def check_name(what: str, name: str, *, words: bool = False) -> None:
+    """Raise unless ``name`` can be the name of a tool, frame, load or pose.
+
+    Args:
+        what: What it names.
+        name: The name.
+        words: Whether it may have several words with a space between, as that of a pose.
 
     Raises:
         InvalidArgumentError: The name is not valid.
     """
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
+    if not isinstance(name, str) or not (_WORDS if words else _NAME).fullmatch(name):
+        spaces = ", with single spaces between" if words else ""
         raise InvalidArgumentError(
             f"{what} name {shown(name)}: a name begins with a letter and has up to 64 letters, "
-            "digits, '_' or '-'"
+            f"digits, '_' or '-'{spaces}"
         )
 
 

@@ -365,6 +365,8 @@ class Connection(asyncio.Protocol):
             self._reject(None, ProtocolError("a request came before hello"))
         elif isinstance(message, m.Received):
             self._confirm(message.cycle)
+        elif isinstance(message, m.Leave):
+            self._owner.state_of(self.session, connected=False, gone=True, forgotten=False)
         else:
             self._request(self._session, message)
 

@@ -22,10 +22,10 @@ _RECORD_MAX = 16 << 20
 """Longest flight record that is sent [byte]."""
 
 
-def fault_list(arm: Arm) -> m.FaultList:
-    """Return the faults of an arm, and its warnings."""
+def fault_list(arm: Arm, session: str) -> m.FaultList:
+    """Return the faults of an arm, and the warnings that concern a client, by its session."""
     supervisor = arm.stack.supervisor
-    warnings = tuple(supervisor.warnings)
+    warnings = [each for each in tuple(supervisor.warnings) if each.author in {"", session}]
     return m.FaultList(
         supervisor.state,
         tuple(map(fault_value, tuple(supervisor.faults))),
@@ -96,6 +96,7 @@ def statistics(arm: Arm, uptime: float) -> m.Statistics:
     return m.Statistics(
         cycles=counted.cycles,
         overruns=counted.overruns,
+        rate=counted.rate,
         late=_percentiles(counted.late),
         read=_percentiles(counted.read),
         update=_percentiles(counted.update),

@@ -69,7 +69,7 @@ class BrowserSessions:
         return session
 
     def use(self, session: BrowserSession) -> None:
-        """Take note of a request or message of a browser."""
+        """Keep the time of a request or message of a browser."""
         session.used = self._clock()
 
     def end(self, value: str) -> None:

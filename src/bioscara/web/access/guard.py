@@ -259,7 +259,7 @@ async def _answer_refused(scope: AsgiScope, refused: _RefusedError, send: Send) 
     if refused.status == HTTPStatus.UNAUTHORIZED:
         headers.append((b"www-authenticate", b"Bearer"))
     if refused.status in {HTTPStatus.TOO_MANY_REQUESTS, HTTPStatus.SERVICE_UNAVAILABLE}:
-        # Whoever goes on has to connect again, which takes its turn after others.
+        # A client that goes on has to connect again, which takes its turn after others.
         headers.append((b"connection", b"close"))
     if refused.status == HTTPStatus.TOO_MANY_REQUESTS:
         headers.append((b"retry-after", str(round(SIGN_IN_PERIOD)).encode()))

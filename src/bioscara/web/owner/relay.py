@@ -31,6 +31,8 @@ SEND_TIMEOUT = 20.0
 """Time for which a client may read nothing until it is cut off [s]."""
 STOP_TIMEOUT = 5.0
 """Time that a client has to send a STOP, and to read its answer, that may send nothing else [s]."""
+_AWAY = 1001
+"""Code with which a browser closes the WebSocket of a page that is closed or left."""
 _UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1003, 1007, 1008, 1012, 1013
 """Codes with which a WebSocket is closed, of RFC 6455 and its registry."""
 _REFUSAL = b'{"kind":"refusal","id":null,'
@@ -61,9 +63,9 @@ class WebClient(NamedTuple):
     def session(self, name: str) -> str:
         """Return the owner's name of a session that the client calls ``name``.
 
-        It differs between scopes and between browsers: who knows the name of another one's session
-        must not get its lease or its answers with a lesser token, from another browser, or from
-        the web.
+        It differs between scopes and between browsers: a client that knows the name of another
+        one's session must not get its lease or its answers with a lesser token, from another
+        browser, or from the web.
         """
         scoped = f"web {self.scope.name} {self.browser} {name}"
         return hashlib.sha256(scoped.encode()).hexdigest()
@@ -193,6 +195,10 @@ class Relay:
         while True:
             received = await self._websocket.receive()
             if received["type"] == "websocket.disconnect":
+                if received.get("code") == _AWAY and self._welcomed.is_set():
+                    # Its page was closed: what it commands must not go on until its lease lapses.
+                    with suppress(OSError):
+                        await owner.send(framing.encode_json(m.Leave()))
                 return None
             if used is not None:
                 used()

@@ -47,7 +47,7 @@ def add(app: FastAPI, settings: WebSettings) -> None:
         given = await _token_in(request)
         scope = settings.tokens.scope_of(given) if given is not None else None
         if scope is None:
-            # The right one is never refused: others may share the address of one who guesses.
+            # The right one is never refused: others may share the address of a client that guesses.
             if not app.state.sign_ins.take(address):
                 return refusal(HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY_SIGN_INS)
             _log.warning("a sign-in from %s was refused", address)

@@ -161,3 +161,9 @@ def test_the_position_of_an_arm_that_is_not_homed_cannot_be_saved(
     assert "j1 is not homed" in (told := said.refusal("poses save here --bus sim"))
     assert "'bioscara home' homes the arm" in told
     assert not elsewhere.exists()
+
+
+def test_a_name_of_several_words_is_one_argument(elsewhere: Path, said: Said) -> None:
+    assert main(["poses", "save", "plate 1", "--joints", *JOINTS]) == 0
+    assert main(["plan", "--name", "plate 1"]) == 0
+    assert main(["poses", "delete", "plate 1"]) == 0

@@ -57,8 +57,9 @@ def run(options: Options, output: Output) -> None:
         output.line(f"{earlier} earlier warnings: bioscara events --arm {name}")
     p50, p99, most = (1e3 * value for value in counted.late)
     output.line(
-        f"loop: {described.rate} Hz, {counted.cycles} cycles, {counted.overruns} missed; late by "
-        f"{p50:.2f} ms (median), {p99:.2f} ms (p99), at most {most:.2f} ms"
+        f"loop: {described.rate} Hz, {counted.rate} cycles in the last second; of {counted.cycles} "
+        f"{counted.overruns} missed; late by {p50:.2f} ms (median), {p99:.2f} ms (p99), at most "
+        f"{most:.2f} ms"
     )
     output.line(
         f"owner: {counted.clients} clients, {counted.memory / 2**20:.0f} MiB, for "

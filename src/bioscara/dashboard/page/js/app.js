@@ -38,7 +38,7 @@ export class App {
   constructor(connection, arm) {
     this.connection = connection;
     this.arm = arm;
-    /** @type {((message: string, kind: "info" | "error") => void)[]} */
+    /** @type {((message: string, kind: "info" | "error", holds: () => boolean) => void)[]} */
     this.messageListeners = [];
     /** Called when a jog, or another motion that is held, has to end. @type {((why: string) => void)[]} */
     this.interrupts = [];
@@ -118,7 +118,7 @@ export class App {
       return true;
     } catch (error) {
       if (!EXPECTED.some((kind) => error instanceof kind)) console.error(error);
-      this.say(error instanceof Error ? error.message : String(error), "error");
+      this.say(error instanceof Error ? error.message : String(error), "error", lasting(error, this.arm));
       return false;
     }
   }
@@ -128,9 +128,10 @@ export class App {
    *
    * @param {string} message The message.
    * @param {"info" | "error"} [kind] Its kind.
+   * @param {() => boolean} [holds] Whether it is still true; it disappears once it is not.
    */
-  say(message, kind = "info") {
-    for (const listener of this.messageListeners) listener(message, kind);
+  say(message, kind = "info", holds = () => true) {
+    for (const listener of this.messageListeners) listener(message, kind, holds);
   }
 
   /**
@@ -164,6 +165,28 @@ export class App {
     this.preview.time = Math.min(Math.max(time, Math.min(times[0] ?? 0, 0)), times[times.length - 1] ?? 0);
     for (const listener of this.previewListeners) listener();
   }
+}
+
+/**
+ * Return the check whether the reason of an error lasts.
+ *
+ * @param {unknown} error The error.
+ * @param {Arm} arm The arm.
+ * @returns {() => boolean} It; always true for an error whose reason is no state of the arm.
+ */
+function lasting(error, arm) {
+  const reason = error instanceof RequestError ? error.failure.error : error instanceof Error ? error.constructor.name : "";
+  const lasts = {
+    NoLeaseError: () => !arm.commands,
+    LeaseError: () => !arm.commands,
+    ConnectionError: () => !arm.connection.open,
+    FaultedError: () => arm.faulty,
+    BusyError: () => (arm.sample?.moving ?? []).length > 0,
+    NotEnabledError: () => !arm.sample?.enabled,
+    NotHomedError: () => (arm.sample?.positions ?? []).some((position) => position === null),
+  }[reason];
+  // A request may be refused because of a state that the page has not seen.
+  return lasts?.() ? lasts : () => true;
 }
 
 /**

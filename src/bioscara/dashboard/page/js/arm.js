@@ -7,6 +7,11 @@ import { text } from "./texts.js";
 
 /** Least time between two samples [s]. */
 const PERIOD = 0.04;
+/** The same of a hidden page, which renews its lease with each of them [s]. */
+const HIDDEN_PERIOD = 0.5;
+/** Time between two renewals of the lease, and the least [ms]: timers and samples are not exact. */
+const RENEWAL = 500;
+const LEAST_RENEWAL = 400;
 /** Samples that the owner may send before the page confirms them. */
 const AHEAD = 2;
 /** Events and goals that are kept. */
@@ -183,9 +188,9 @@ export class Arm {
 
   #subscribe() {
     const { lastEvent } = this;
-    const hidden = document.hidden;
+    const period = document.hidden ? HIDDEN_PERIOD : PERIOD;
     this.connection
-      .request({ kind: "subscribe", states: !hidden, period: PERIOD, unconfirmed: AHEAD, events_after: lastEvent })
+      .request({ kind: "subscribe", states: true, period, unconfirmed: AHEAD, events_after: lastEvent })
       .catch(() => {});
   }
 
@@ -354,12 +359,20 @@ export class Arm {
  * @param {Arm} arm The arm.
  */
 export function keepLease(arm) {
-  setInterval(() => {
-    if (!arm.connection.open) return;
+  let last = -Infinity;
+
+  function keep() {
+    const now = performance.now();
+    if (!arm.connection.open || now - last < LEAST_RENEWAL) return;
+    last = now;
     if (arm.epoch === null) {
       arm.refreshLease();
       return;
     }
     arm.connection.request({ kind: "renew_lease" }, arm.epoch).catch(() => arm.refreshLease());
-  }, 500);
+  }
+
+  setInterval(keep, RENEWAL);
+  // The browser lets the timers of a hidden page run once a minute; messages come in time.
+  arm.connection.on("state", keep);
 }

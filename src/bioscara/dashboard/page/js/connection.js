@@ -2,6 +2,8 @@
 
 /** @import { AnyCommand, FailureValue, FromOwner, Welcome } from "../messages.d.ts" */
 
+import { readable } from "./format.js";
+
 export const VERSION = 1;
 /** Time after which a request without an answer counts as lost [ms]. */
 const LOST = 20000;
@@ -13,9 +15,12 @@ const TRIPS = 8;
 
 /** A request was refused, or failed; carries the owner's failure. */
 export class RequestError extends Error {
-  /** @param {FailureValue} failure The owner's failure. */
-  constructor(failure) {
-    super(failure.text);
+  /**
+   * @param {FailureValue} failure The owner's failure.
+   * @param {string} [message] Its text for people.
+   */
+  constructor(failure, message = readable(failure.text)) {
+    super(message);
     this.failure = failure;
   }
 }
@@ -99,10 +104,16 @@ export class Connection {
     former?.close();
   }
 
-  /** End the connection for good. */
+  /** End the connection until it is resumed, if ever. */
   end() {
     this.ended = true;
     this.socket?.close();
+  }
+
+  /** Connect again after an end, as of a page to which its person came back. */
+  resume() {
+    this.ended = false;
+    this.renew();
   }
 
   /**

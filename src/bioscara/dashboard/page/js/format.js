@@ -71,6 +71,37 @@ export function duration(value) {
   return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`;
 }
 
+const NUMBER = String.raw`[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?`;
+/** Numbers with one unit, or a range whose unit is that of the number before it. */
+const QUANTITIES = new RegExp(
+  String.raw`(?<![\w.])(?<numbers>\(?${NUMBER}(?:(?: \.\. |, )${NUMBER})*\)?) (?<unit>rad|m)(?<rate>/s²?)?(?![\w²])|`
+    + String.raw`(?<=range )(?<range>${NUMBER} \.\. ${NUMBER})(?! *[\w°])`,
+  "g",
+);
+
+/**
+ * Return a text of the owner, whose lengths are in m and angles in rad, for people.
+ *
+ * @param {string} message The text.
+ * @returns {string} In mm and degrees, without the paths of fields in messages.
+ */
+export function readable(message) {
+  let unit = "";
+  return message
+    .replace(/Expected `(?:float|int)`, got `null` - at `\$[^`]*?(\w+)(?:\[\d+\])?`/, "a number is missing: $1")
+    .replace(/ - at `\$[^`]*`/, "")
+    .replace(/^start and goal are the same pose: .*/, "the tool is there already")
+    .replace(/; are these degrees\? angles are radians|, in metres\b/, "")
+    .replace(QUANTITIES, (whole, numbers, given, rate, range) => {
+      if (range && !unit) return whole;
+      unit = given ?? unit;
+      const [factor, shown] = unit === "m" ? [MM, " mm"] : [DEGREE, "°"];
+      const converted = (numbers ?? range).replace(new RegExp(NUMBER, "g"),
+        (/** @type {string} */ each) => String(Number((Number(each) / factor).toPrecision(6))));
+      return `${converted}${shown}${rate ?? ""}`;
+    });
+}
+
 /**
  * @param {number | null} value
  * @param {number} unit

@@ -127,12 +127,23 @@ function buildLink(app) {
  */
 export function buildMessages(app) {
   const host = at("messages");
-  app.messageListeners.push((message, kind) => {
+  /** @type {Map<HTMLElement, () => boolean>} */
+  const shown = new Map();
+  app.messageListeners.push((message, kind, holds) => {
     const line = h("p", { class: `message ${kind}`, text: message });
     const close = button("×", () => line.remove(), { "aria-label": text("header.close") });
     line.append(" ", close);
     host.prepend(line);
+    shown.set(line, holds);
     while (host.children.length > 3) host.lastChild?.remove();
     if (kind === "info") setTimeout(() => line.remove(), MESSAGE);
   });
+  for (const topic of /** @type {const} */ (["sample", "link", "lease"])) {
+    app.arm.on(topic, () => {
+      for (const [line, holds] of shown) {
+        if (!holds()) line.remove();
+        if (!line.isConnected) shown.delete(line);
+      }
+    });
+  }
 }

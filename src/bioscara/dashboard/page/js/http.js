@@ -41,7 +41,8 @@ export function post(path, body) {
  */
 export async function judged(answer) {
   const { result, failure } = await answer;
-  if (failure) throw new RequestError(failure);
+  // The units of a file are those that the person wrote.
+  if (failure) throw new RequestError(failure, failure.text);
   return result;
 }
 

@@ -4,6 +4,7 @@ import { Arm, keepLease } from "./arm.js";
 import { App } from "./app.js";
 import { Connection } from "./connection.js";
 import { buildJog } from "./control/jog_pad.js";
+import { watchLeaving } from "./control/leaving.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, h, printable } from "./dom.js";
 import { watchGateway } from "./gateway.js";
@@ -54,6 +55,7 @@ async function begin() {
   ]);
   showState(arm);
   keepLease(arm);
+  watchLeaving(app);
   watchGateway(arm);
   connection.connect();
   // For tests and for the curious.

@@ -35,7 +35,7 @@ class ChangeHardwareState(Operation[LifecycleState]):
         (component,) = (each for each in stack.manager.components if each.name == self._component)
         if self._state is LifecycleState.ACTIVE:
             stack.supervisor.require_clear()
-            self._activate(arm, component)
+            yield from self._activate(arm, component)
         elif component is stack.hardware and component.state is LifecycleState.ACTIVE:
             leaving = [each.name for each in commanding(stack) if _commands(each, component)]
             switch(stack, clock.now(), (), leaving, Strictness.STRICT)
@@ -58,10 +58,9 @@ class ChangeHardwareState(Operation[LifecycleState]):
             if others and other.devices & self._uses:
                 raise other.claim.refuse(self.name)
 
-    @staticmethod
-    def _activate(arm: Arm, component: HardwareComponent) -> None:
+    def _activate(self, arm: Arm, component: HardwareComponent) -> Cycles[None]:
         if component is arm.stack.hardware:
-            arm.session.enable()
+            yield from arm.session.enabling(self.claim.require_not_stopped)
         else:
             component.set_state(LifecycleState.ACTIVE)
 

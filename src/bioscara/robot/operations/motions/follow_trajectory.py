@@ -95,7 +95,7 @@ class FollowTrajectory(Operation[None]):
             self._goals.append((ramp, Phase.APPROACH, self._ramp.duration))
         self._goals.append((prepared(_goal(trajectory)), Phase.TRAJECTORY, 0.0))
         if (remedy := arm.pause_remedy(self)) is not None:
-            arm.warn(f"{self.name} begins paused: it moves after {remedy}", self.name)
+            arm.warn(f"{self.name} begins paused: it moves after {remedy}", *self.caller)
 
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Follow the ramp, then the trajectory."""

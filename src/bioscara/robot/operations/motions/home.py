@@ -121,9 +121,9 @@ class Home(Operation[None]):
         execution = MotionExecution(arm, self)
         self.claim.require_not_stopped()
         if arm.paused:
-            arm.warn(f"{self.name} begins paused: it moves after {arm.resumption}", self.name)
+            arm.warn(f"{self.name} begins paused: it moves after {arm.resumption}", *self.caller)
             yield from execution.run(lambda: not arm.paused, Phase.HOMING)
-        arm.session.enable()
+        yield from arm.session.enabling(self.claim.require_not_stopped)
         directions, notes = self._directions(arm)
         if not directions:
             return
@@ -133,7 +133,7 @@ class Home(Operation[None]):
                 "an empty gripper; take it off and detach() it, or hold it and gripper.release() it"
             )
         for note in notes:
-            arm.warn(note, self.name)
+            arm.warn(note, *self.caller)
         stack.use(HOMING, clock.now())
         axes = [axis for axis in stack.hardware.axes if axis.name in directions]
         for axis in axes:

@@ -59,7 +59,8 @@ class Jog(Operation[None]):
         planner.jog(planner.here())
         if (remedy := arm.pause_remedy(self)) is not None:
             arm.warn(
-                f"{self.name} begins paused: its velocities move nothing before {remedy}", self.name
+                f"{self.name} begins paused: its velocities move nothing before {remedy}",
+                *self.caller,
             )
 
     def cycles(self, arm: Arm) -> Cycles[None]:

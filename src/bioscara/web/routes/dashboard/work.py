@@ -40,7 +40,7 @@ _T = TypeVar("_T")
 class Work:
     """Does work in a few processes; :meth:`close` at the end.
 
-    Those who may only look have a process of their own, and keep no operator waiting.
+    Clients that may only look have a process of their own, and keep no operator waiting.
     """
 
     def __init__(self) -> None:

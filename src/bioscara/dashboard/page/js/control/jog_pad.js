@@ -53,6 +53,8 @@ export function buildJog(app) {
   const reader = new GamepadReader();
   const moving = h("span", { class: "jog-speed number" });
   let stepping = false;
+  /** Why a hold or a step was not begun, as long as that is so. */
+  let refused = "";
   /** Why the arm does not fully follow the latest hold; empty if it does. */
   let limitation = "";
   const actions = {
@@ -128,12 +130,17 @@ export function buildJog(app) {
       limitation = sample?.limitation?.text ?? "";
       showHold();
     }
+    if (refused && refusal(app) !== refused) {
+      refused = hold.why = "";
+      showHold();
+    }
     const speed = hold.active ? toolSpeed(former, sample) : NaN;
     setText(moving, Number.isNaN(speed) ? "" : text("jog.moving", { speed: number(speed / MM, 0) }));
     former = sample;
   }
 
   function changed() {
+    refused = !hold.active && hold.why === refusal(app) ? hold.why : "";
     const { dataset } = document.documentElement;
     if (hold.active) dataset.pressed = "true";
     else delete dataset.pressed;
@@ -161,8 +168,10 @@ export function buildJog(app) {
     const why = stepping ? text("jog.one_step") : refusal(app);
     if (why) {
       say(why);
+      refused = stepping ? "" : why;
       return;
     }
+    refused = "";
     stepping = true;
     setText(status, text("jog.stepping"));
     status.classList.remove("warn");

@@ -4,6 +4,7 @@
 /** @import { Event } from "../../messages.d.ts" */
 
 import { button, h, setText } from "../dom.js";
+import { readable } from "../format.js";
 import { clockTime } from "./clock.js";
 import { text } from "../texts.js";
 
@@ -94,5 +95,6 @@ function matching(events, group, wanted) {
 function row(event) {
   return h("li", { class: event.what === "gap" ? "gap" : null },
     h("time", { class: "dim", text: clockTime(event.wall), datetime: new Date(1000 * event.wall).toISOString() }),
-    h("span", { class: `badge ${COLOURS[event.what] ?? ""}`, text: event.what.replaceAll("_", " ") }), h("span", { text: event.text }));
+    h("span", { class: `badge ${COLOURS[event.what] ?? ""}`, text: event.what.replaceAll("_", " ") }),
+    h("span", { text: readable(event.text) }));
 }

@@ -4,6 +4,7 @@
 /** @import { FaultValue } from "../../messages.d.ts" */
 
 import { h } from "../dom.js";
+import { readable } from "../format.js";
 import { clockTime } from "./clock.js";
 import { text } from "../texts.js";
 
@@ -17,7 +18,7 @@ const TOLD = new Set(["args", "what", "remedy", "joint", "component"]);
  * @returns {{what: string, remedy: string}} The parts; the remedy is empty if the text has none.
  */
 export function parts(fault) {
-  const bare = fault.text.startsWith(`${fault.fault}: `) ? fault.text.slice(fault.fault.length + 2) : fault.text;
+  const bare = readable(fault.text.startsWith(`${fault.fault}: `) ? fault.text.slice(fault.fault.length + 2) : fault.text);
   let end = bare.lastIndexOf("; ");
   // The only remedies of two clauses.
   if (bare.slice(end).startsWith("; it is a defect")) end = bare.lastIndexOf("; ", end - 1);

@@ -5,7 +5,7 @@
 
 import { at, button, h, setText, setValues } from "../dom.js";
 import { parts, since } from "./fault_details.js";
-import { STEPS, unhomed } from "./recovery.js";
+import { unhomed } from "./recovery.js";
 import { text } from "../texts.js";
 
 /**
@@ -30,14 +30,15 @@ export function buildFaultStrip(app, recovery) {
 
   function update() {
     const next = recovery.step;
-    setValues(host.dataset, { kind: next ? (next.kind === "enable" ? "action" : "danger") : "" });
+    const cleared = next?.kind === "enable" || next?.kind === "home";
+    setValues(host.dataset, { kind: next ? (cleared ? "action" : "danger") : "" });
     if (!next) {
       if (strip.isConnected) strip.remove();
       return;
     }
-    if (next.kind === "enable") showRecovered();
+    if (cleared) showRecovered(next.kind === "enable");
     else showFault();
-    close.hidden = next.kind !== "enable";
+    close.hidden = !cleared;
     step.update();
     if (!strip.isConnected) host.append(strip);
   }
@@ -58,10 +59,11 @@ export function buildFaultStrip(app, recovery) {
     setText(more, faults.length > 1 ? text("health.more", { count: faults.length - 1 }) : text("health.details"));
   }
 
-  function showRecovered() {
+  /** @param {boolean} off Whether the motors are off. */
+  function showRecovered(off) {
     setText(title, `✓ ${text("health.cleared")}`);
     const joints = unhomed(app);
-    setText(what, joints ? text("health.home_again", { joints }) : text("health.motors_off"));
+    setText(what, [off ? text("health.motors_off") : "", joints ? text("health.not_homed", { joints }) : ""].join(" ").trim());
     more.hidden = true;
   }
 
@@ -89,7 +91,7 @@ export function stepButton(recovery) {
     const step = recovery.step;
     setValues(element, { hidden: step === null });
     if (step === null) return;
-    setText(number, text("health.step", { number: step.number, count: STEPS }));
+    setText(number, text("health.step", { number: step.number, count: step.count }));
     const { kind, busy } = step;
     press.hidden = kind === "stopping";
     setText(press, text(`health.${busy && kind !== "stopping" ? "busy" : "do"}_${kind}`));

@@ -37,7 +37,7 @@ export function loopTable(app) {
   const facts = h("dl", { class: "facts" });
   /** @type {Record<string, HTMLElement>} */
   const values = {};
-  for (const name of ["period", "bus_share", "overruns", "cycles", "clients", "memory", "uptime", "software"]) {
+  for (const name of ["period", "rate", "bus_share", "overruns", "cycles", "clients", "memory", "uptime", "software"]) {
     values[name] = h("dd", { text: "–" });
     facts.append(h("dt", { text: text(`health.fact_${name}`) }), values[name]);
   }
@@ -74,6 +74,7 @@ export function loopTable(app) {
         fill(name, 4, limit, Infinity, 0);
       }
       fill("bus_time", 4, period * BUS_LIMIT, Infinity, 1);
+      setText(values.rate, text("health.rate", { rate: statistics.rate }));
       const share = description?.bus_share ?? NaN;
       setText(values.period, text("health.period", { period: duration(period), rate: description?.rate ?? "–" }));
       setText(values.bus_share, text("health.bus_share", { share: percent(share), limit: percent(BUS_LIMIT) }));

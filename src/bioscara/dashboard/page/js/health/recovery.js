@@ -1,4 +1,4 @@
-// The steps from a fault to an arm that is enabled again: acknowledge, recover, enable. Nothing moves.
+// The steps from a fault to an arm that is ready again: acknowledge, recover, enable; home, where a joint is not homed.
 
 /** @import { App } from "../app.js" */
 /** @import { AnyTask } from "../../messages.d.ts" */
@@ -6,8 +6,8 @@
 import { RequestError } from "../connection.js";
 import { text } from "../texts.js";
 
-/** Number of steps. */
-export const STEPS = 3;
+/** Number of steps where all joints are homed. */
+const STEPS = 3;
 /** Time for which a step that has just become the next one cannot be taken [ms]: a double click on one
  *  must not take two. */
 const GUARD = 600;
@@ -16,8 +16,10 @@ const GUARD = 600;
  * The next step.
  *
  * @typedef {Object} Step
- * @property {"stopping" | "acknowledge" | "recover" | "enable"} kind Its kind; `stopping` waits for the arm.
+ * @property {"stopping" | "acknowledge" | "recover" | "enable" | "home"} kind Its kind; `stopping` waits for the arm, and
+ *   only `home` moves it.
  * @property {number} number Its number, from 1.
+ * @property {number} count Number of all steps.
  * @property {boolean} busy Whether it is being taken.
  */
 
@@ -26,7 +28,7 @@ export class Recovery {
   /** @param {App} app The page. */
   constructor(app) {
     this.app = app;
-    /** Whether this page saw faults end, and the motors have been off since. */
+    /** Whether this page saw faults end, and the arm has not been enabled and homed since. */
     this.recovered = false;
     this.pending = false;
     this.former = "";
@@ -43,16 +45,19 @@ export class Recovery {
   get step() {
     const sample = this.app.arm.sample;
     if (!sample) return null;
-    const running = (/** @type {string} */ name) => this.pending || sample.moving.includes(name);
+    const count = STEPS + (unhomed(this.app) ? 1 : 0);
+    /** @type {(kind: Step["kind"], number: number) => Step} */
+    const step = (kind, number) => ({ kind, number, count, busy: this.pending || sample.moving.includes(`${kind}()`) });
     switch (sample.fault) {
       case "stopping":
-        return { kind: "stopping", number: 1, busy: true };
+        return { ...step("stopping", 1), busy: true };
       case "latched":
-        return { kind: "acknowledge", number: 1, busy: running("acknowledge()") };
+        return step("acknowledge", 1);
       case "acknowledged":
-        return { kind: "recover", number: 2, busy: running("recover()") };
+        return step("recover", 2);
     }
-    return this.recovered ? { kind: "enable", number: 3, busy: running("enable()") } : null;
+    if (!this.recovered) return null;
+    return sample.enabled ? step("home", 4) : step("enable", 3);
   }
 
   /** Why the next step cannot be taken by this page; empty if it can. @returns {string} */
@@ -74,8 +79,9 @@ export class Recovery {
   async take() {
     const step = this.step;
     if (!step || step.busy || this.settling) return;
-    if (this.hindrance) {
-      this.app.say(this.hindrance, "error");
+    const { hindrance } = this;
+    if (hindrance) {
+      this.app.say(hindrance, "error", () => this.hindrance === hindrance);
       return;
     }
     this.pending = true;
@@ -89,7 +95,7 @@ export class Recovery {
     this.changed = performance.now();
   }
 
-  /** Forget that the motors are off because of a fault. */
+  /** Forget that the motors are off, or a joint is not homed, because of a fault. */
   dismiss() {
     this.recovered = false;
   }
@@ -99,7 +105,7 @@ export class Recovery {
     if (!sample) return;
     const faulty = this.app.arm.faulty;
     if (this.faulty && !faulty) this.recovered = true;
-    if (faulty || sample.enabled) this.recovered = false;
+    if (faulty || (sample.enabled && !unhomed(this.app))) this.recovered = false;
     this.faulty = faulty;
     const kind = this.step?.kind ?? "";
     if (kind !== this.former) {

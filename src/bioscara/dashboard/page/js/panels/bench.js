@@ -181,7 +181,7 @@ class Bench {
     const index = arm.joints.findIndex(({ name }) => name === this.joint?.value);
     const begin = arm.sample?.positions ?? [];
     if (begin.some((position) => position === null)) {
-      this.app.say(text("bench.not_homed"), "error");
+      this.app.say(text("bench.not_homed"), "error", () => !arm.sample?.pose);
       return;
     }
     await this.app.attempt(async () => {

@@ -4,6 +4,7 @@
 /** @import { Recovery } from "../health/recovery.js" */
 
 import { h, setText } from "../dom.js";
+import { readable } from "../format.js";
 import { controllerTables } from "../health/controllers.js";
 import { eventLog } from "../health/event_log.js";
 import { faultDetails } from "../health/fault_details.js";
@@ -114,7 +115,7 @@ function faultSection(app, recovery) {
     shown = now;
     setText(state, given ? text(`health.state_${arm.sample?.fault ?? given.state}`) : text("health.loading"));
     list.replaceChildren(...(given?.faults ?? []).map((fault, index) => faultDetails(arm, fault, index)));
-    warnings.replaceChildren(...[...(given?.warnings ?? [])].reverse().map((each) => h("li", { text: each })));
+    warnings.replaceChildren(...[...(given?.warnings ?? [])].reverse().map((each) => h("li", { text: readable(each) })));
     noWarnings.hidden = (given?.warnings ?? []).length > 0;
   }
   for (const topic of /** @type {const} */ (["sample", "faults", "lease", "link"])) arm.on(topic, draw);

@@ -21,7 +21,7 @@ export function action(app, label, work, { homed = true, enabled = true, idle = 
   const why = () => refusal(app, { homed, enabled, idle }) || extra();
   const made = button(label, () => {
     const reason = why();
-    if (reason) app.say(`${label}: ${reason}`, "error");
+    if (reason) app.say(`${label}: ${reason}`, "error", () => why() === reason);
     else app.attempt(work);
   }, attributes);
   let former = "";
@@ -47,6 +47,27 @@ export function action(app, label, work, { homed = true, enabled = true, idle = 
  */
 
 /**
+ * Return what reads a field, and fills it in: the value that it was given, as long as its text is that of this value.
+ *
+ * A field shows fewer digits than a value has; rounded, it may be beyond a limit at which the arm stands.
+ *
+ * @param {{value: string}} input The field.
+ * @param {number} factor Its unit in SI units.
+ */
+export function exactly(input, factor) {
+  let exact = NaN;
+  let shown = "";
+  return {
+    value: () => (input.value.trim() === "" ? NaN : input.value === shown ? exact : Number(input.value) * factor),
+    /** @param {number} given */
+    set: (given) => {
+      exact = given;
+      input.value = shown = String(Number((given / factor).toFixed(2)));
+    },
+  };
+}
+
+/**
  * Return a field for a quantity.
  *
  * @param {string} label Its name.
@@ -59,14 +80,7 @@ export function quantity(label, unit, { value, min, max, step = 0.1, id } = {}) 
   const input = h("input", { type: "number", id, min, max, step: "any", value, inputmode: "decimal", "data-step": step });
   const element = h("label", { class: "field" }, h("span", { class: "field-name", text: label }), input,
     h("span", { class: "dim", text: unit }));
-  return {
-    element,
-    input,
-    value: () => (input.value.trim() === "" ? NaN : Number(input.value) * factor),
-    set: (given) => {
-      input.value = String(Number((given / factor).toFixed(2)));
-    },
-  };
+  return { element, input, ...exactly(input, factor) };
 }
 
 /**

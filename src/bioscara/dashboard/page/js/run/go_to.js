@@ -4,7 +4,7 @@
 /** @import { MoveJoints, MoveLinear, MoveNamed, MoveTo, Pose, Unfold } from "../../messages.d.ts" */
 
 import { button, h, setText } from "../dom.js";
-import { duration } from "../format.js";
+import { duration, readable } from "../format.js";
 import { copyButton, pythonNumber, pythonPose, pythonText } from "../python.js";
 import { text } from "../texts.js";
 import { action, card, quantity } from "./action.js";
@@ -36,8 +36,8 @@ export function goToCard(app) {
 
   function fill() {
     const pose = arm.sample?.pose;
-    if (!arm.fresh) app.say(text("refusal.stale"), "error");
-    else if (!pose) app.say(text("refusal.not_homed"), "error");
+    if (!arm.fresh) app.say(text("refusal.stale"), "error", () => !arm.fresh);
+    else if (!pose) app.say(text("refusal.not_homed"), "error", () => !arm.sample?.pose);
     else fields.forEach((field, index) => field.set(pose[index]));
   }
   // Once, so that no field is empty; and only fields in which no text was begun.
@@ -105,8 +105,9 @@ function buttons(app, motion, missing, code, title) {
   /** @type {import("../app.js").Preview | null} */
   let own = null;
   const plan = button(text("run.preview"), () => {
-    const why = missing() || (app.arm.fresh ? "" : text("refusal.stale"));
-    if (why) app.say(`${text("run.preview")}: ${why}`, "error");
+    const reason = () => missing() || (app.arm.fresh ? "" : text("refusal.stale"));
+    const why = reason();
+    if (why) app.say(`${text("run.preview")}: ${why}`, "error", () => reason() === why);
     else app.attempt(preview);
   });
   const execute = action(app, text("run.execute"), async () => {
@@ -131,7 +132,7 @@ function buttons(app, motion, missing, code, title) {
       execute: () => app.start({ kind: "execute", plan: made.plan }),
     };
     app.showPreview(own);
-    setText(result, [text("run.planned", { time: duration(last) }), ...made.notes].join(" "));
+    setText(result, [text("run.planned", { time: duration(last) }), ...made.notes.map(readable)].join(" "));
   }
   return h("div", { class: "column" }, h("div", { class: "row" }, plan, execute, go, copyButton(code)), result);
 }

@@ -5,7 +5,7 @@
 
 import { pauseButtons } from "../control/pause_buttons.js";
 import { button, h, setText } from "../dom.js";
-import { duration, millimetres } from "../format.js";
+import { duration, millimetres, readable } from "../format.js";
 import { copyButton } from "../python.js";
 import { text } from "../texts.js";
 import { card } from "./action.js";
@@ -102,7 +102,7 @@ function runningGoal(app, goal) {
 /** @param {GoalValue} goal */
 function endedGoal(goal) {
   const tone = goal.status === "succeeded" ? "good" : goal.status === "failed" ? "danger" : "";
-  const result = goal.failure ? goal.failure.text : goal.gripper ? gripperWords(goal.gripper) : "";
+  const result = goal.failure ? readable(goal.failure.text) : goal.gripper ? gripperWords(goal.gripper) : "";
   return h("li", { class: "goal-ended" }, h("span", { class: `badge ${tone}`, text: text(`run.${goal.status}`) }), " ",
     h("span", { text: goal.name }), result ? h("span", { class: "dim", text: ` ${result}` }) : null);
 }

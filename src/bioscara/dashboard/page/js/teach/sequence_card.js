@@ -9,7 +9,7 @@ import { ActionError } from "../app.js";
 import { pauseButtons } from "../control/pause_buttons.js";
 import { button, h, setText, setValues } from "../dom.js";
 import { fileInput } from "../files/drop_zone.js";
-import { duration } from "../format.js";
+import { duration, readable } from "../format.js";
 import { judged, post, saveFile } from "../http.js";
 import { programButton } from "../python.js";
 import { action, card } from "../run/action.js";
@@ -61,7 +61,7 @@ export function sequenceCard(app, model, table) {
    */
   function say(planned, words) {
     setText(state, words);
-    const lines = planned.verdicts.flatMap(({ failure, notes: all }) => (failure ? [failure.text] : all));
+    const lines = planned.verdicts.flatMap(({ failure, notes: all }) => (failure ? [failure.text] : all)).map(readable);
     notes.replaceChildren(...lines.map((line) => h("li", { text: line })));
   }
   app.arm.on("workspace", offer);
@@ -158,6 +158,6 @@ function preview(app, model, { trajectory, verdicts }) {
     execute: null,
     time: 0,
     source: "teach",
-    notes: verdicts.flatMap(({ failure, notes }) => (failure ? [failure.text] : notes)),
+    notes: verdicts.flatMap(({ failure, notes }) => (failure ? [failure.text] : notes)).map(readable),
   });
 }

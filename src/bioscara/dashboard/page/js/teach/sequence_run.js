@@ -5,7 +5,7 @@
 /** @import { SequenceModel } from "./sequence.js" */
 
 import { ActionError } from "../app.js";
-import { duration } from "../format.js";
+import { duration, readable } from "../format.js";
 import { judged, post } from "../http.js";
 import { text } from "../texts.js";
 
@@ -91,7 +91,7 @@ export class SequenceRun {
     try {
       const { verdicts } = await this.plan(first, last);
       const refused = verdicts.find(({ failure }) => failure);
-      if (refused?.failure) throw new ActionError(text("teach.refused", { why: refused.failure.text }));
+      if (refused?.failure) throw new ActionError(text("teach.refused", { why: readable(refused.failure.text) }));
       for (const verdict of verdicts) await this.#carryOut(verdict);
       this.#say(text("teach.finished"));
     } catch (error) {

@@ -200,7 +200,7 @@ function axes(model, index, field) {
 function here(app, fill) {
   return button(text("teach.fill"), () => {
     if (app.arm.fresh && app.arm.sample?.pose) fill();
-    else app.say(text("refusal.not_homed"), "error");
+    else app.say(text("refusal.not_homed"), "error", () => !app.arm.sample?.pose);
   });
 }
 

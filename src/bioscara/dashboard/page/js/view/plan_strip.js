@@ -4,6 +4,7 @@
 /** @import { GoalValue } from "../../messages.d.ts" */
 
 import { button, h, PHONE, setText, setValues } from "../dom.js";
+import { readable } from "../format.js";
 import { text } from "../texts.js";
 import { PlanGuard } from "./plan_guard.js";
 
@@ -65,7 +66,7 @@ export class PlanStrip {
         setText(this.title, preview.title);
         this.slider.min = String(this.#begins);
         this.slider.max = String(this.#duration);
-        this.notes.replaceChildren(...(preview.notes ?? []).map((note) => h("li", { text: note })));
+        this.notes.replaceChildren(...(preview.notes ?? []).map((note) => h("li", { text: readable(note) })));
         this.execute.hidden = preview.execute === null;
         this.discard.hidden = preview.source === "viewer";
         this.uncoverPicture();

@@ -144,7 +144,7 @@ function refusalOf(error) {
   if (!(error instanceof RequestError)) return { text: error instanceof Error ? error.message : String(error), names: [] };
   const { failure } = error;
   const names = failure.error === "ZoneError" ? [failure.data.link, failure.data.zone] : [];
-  return { text: failure.text, names: names.filter((name) => typeof name === "string") };
+  return { text: error.message, names: names.filter((name) => typeof name === "string") };
 }
 
 /** @param {number} angle */
