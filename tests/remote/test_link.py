@@ -26,6 +26,7 @@ from bioscara.errors import (
 )
 from bioscara.remote import link as link_module
 from bioscara.remote.link import OwnerLink
+from bioscara.remote.owner_socket import OwnerSocket
 from bioscara.report import CycleRecord
 from bioscara.server.clients import connection, events
 from bioscara.server.serve import Served, ServeSettings, serving
@@ -303,7 +304,7 @@ def test_a_warning_reaches_a_client_with_its_call_and_its_time(caplog: Any) -> N
 
 def test_an_owner_that_has_to_be_a_process_is_no_other(served: Served) -> None:
     for pid in (os.getpid(), os.getpid() + 1):
-        link = OwnerLink(NAME, lambda _: None, lambda _: None, pid=pid)
+        link = OwnerLink(OwnerSocket(NAME, pid), lambda _: None, lambda _: None)
         if pid == os.getpid():
             link.open()
         else:
