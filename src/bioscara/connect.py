@@ -18,8 +18,8 @@ def _owned(name: str, access: Access) -> ArmMethods:
 
     if access.of_gateway:
         raise InvalidArgumentError(
-            f"{access.of_gateway[0]} is for the address of a gateway, https://HOST:PORT, and {name} "
-            "is on this computer; leave it out"
+            f"{access.of_gateway[0]} is for the address of a gateway, https://HOST:PORT, and "
+            f"{name} is on this computer; leave it out"
         )
     return RemoteRobot(name.removeprefix("arm:"), timeout=access.timeout)
 

@@ -53,11 +53,11 @@ from bioscara.remote.remote_operation import RemoteOperation
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.operations.running import Status
+from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
-from bioscara.robot.tasks.scope import Scope
 from bioscara.sim import SimulatedArm
 from bioscara.web.gateway import Gateway, GatewaySettings
 from processes import wait_until

@@ -36,24 +36,25 @@ def decode(payload: bytes) -> FromOwner:
 
 def _filler(kind: inspect.Type) -> _Fill | None:
     """Return what fills values of a type; None if they have no numbers of which one may be null."""
+    found: _Fill | None = None
     match kind:
         case inspect.Metadata():
-            return _filler(kind.type)
+            found = _filler(kind.type)
         case inspect.FloatType():
-            return _number
+            found = _number
         case inspect.UnionType():
-            return _of_union(kind)
+            found = _of_union(kind)
         case inspect.StructType() | inspect.DataclassType():
-            return _of_fields({field.encode_name: _filler(field.type) for field in kind.fields})
+            found = _of_fields({field.encode_name: _filler(field.type) for field in kind.fields})
         case inspect.NamedTupleType():
-            return _of_items([_filler(field.type) for field in kind.fields])
+            found = _of_items([_filler(field.type) for field in kind.fields])
         case inspect.TupleType():
-            return _of_items([_filler(each) for each in kind.item_types])
+            found = _of_items([_filler(each) for each in kind.item_types])
         case inspect.VarTupleType() | inspect.ListType():
-            return _of_each(_filler(kind.item_type))
+            found = _of_each(_filler(kind.item_type))
         case inspect.DictType():
-            return _of_values(_filler(kind.value_type))
-    return None
+            found = _of_values(_filler(kind.value_type))
+    return found
 
 
 def _number(value: Any) -> Any:
@@ -64,12 +65,13 @@ def _of_union(kind: inspect.UnionType) -> _Fill | None:
     structs: dict[object, _Fill | None] = {}
     others: dict[type, _Fill] = {}
     for each in kind.types:
+        found = _filler(each)
         if isinstance(each, inspect.StructType) and each.tag is not None:
-            structs[each.tag] = _filler(each)
-        elif (fill := _filler(each)) is not None:
-            mapping = isinstance(each, inspect.DictType | inspect.StructType | inspect.DataclassType)
+            structs[each.tag] = found
+        elif found is not None:
+            mapping = isinstance(each, inspect.DictType | inspect.DataclassType)
             number = isinstance(each, inspect.FloatType)
-            others[float if number else dict if mapping else list] = fill
+            others[float if number else dict if mapping else list] = found
     optional = any(isinstance(each, inspect.NoneType) for each in kind.types)
     if not (structs or others):
         return None
@@ -77,11 +79,9 @@ def _of_union(kind: inspect.UnionType) -> _Fill | None:
     def fill(value: Any) -> Any:
         if value is None:
             return math.nan if float in others and not optional else None
-        if isinstance(value, dict) and structs:
-            found = structs.get(value.get("kind"))
-        else:
-            found = others.get(type(value))
-        return value if found is None else found(value)
+        of_struct = isinstance(value, dict) and structs
+        chosen = structs.get(value.get("kind")) if of_struct else others.get(type(value))
+        return value if chosen is None else chosen(value)
 
     return fill
 

@@ -77,6 +77,9 @@ class GatewayAddress:
         require("websockets", f"{self.name}: a connection to a gateway", install("web"))
         self._tls = _context(ca_file, pinned=fingerprint is not None) if tls else None
 
+    def __str__(self) -> str:
+        return self.name
+
     def encoded(self, message: object) -> bytes:
         """Return a message as JSON."""
         return framing.encode_json(message)
@@ -101,9 +104,7 @@ class GatewayAddress:
             made.shake_hands(self._token)
         except TimeoutError as error:
             connection.close()
-            raise OwnerLostError(
-                f"{self.name} has not answered within {patience:g} s"
-            ) from error
+            raise OwnerLostError(f"{self.name} has not answered within {patience:g} s") from error
         except BaseException:
             connection.close()
             raise
@@ -150,8 +151,8 @@ class GatewayAddress:
             ) from error
         except ssl.SSLError as error:
             raise OwnerLostError(
-                f"{self.name} does not begin TLS ({error.reason or error}); a gateway of this computer "
-                "without it has an address with http://"
+                f"{self.name} does not begin TLS ({error.reason or error}); a gateway of this "
+                "computer without it has an address with http://"
             ) from error
         except ConnectionError as error:
             raise OwnerLostError(f"{self.name} ended the connection: {error.strerror}") from error

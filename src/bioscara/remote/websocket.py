@@ -81,6 +81,7 @@ class WebSocketConnection:
             self._wait(self._pumped(), end - time.monotonic())
 
     def send(self, data: bytes) -> None:
+        """Send a message, at once."""
         with self._lock:
             self._refill()
             # An urgent message that did not wait delays those after it.
@@ -92,6 +93,7 @@ class WebSocketConnection:
         self._flush()
 
     def receive(self) -> list[m.FromOwner]:
+        """Wait for further messages, and return them."""
         end = None if self._limit is None else time.monotonic() + self._limit
         while True:
             with self._lock:
@@ -104,6 +106,7 @@ class WebSocketConnection:
             self._wait(self._pumped(), None if end is None else end - time.monotonic())
 
     def wait_turn(self, size: int) -> None:
+        """Wait until a message of so many bytes keeps within the rate."""
         while True:
             with self._lock:
                 self._refill()
@@ -113,14 +116,17 @@ class WebSocketConnection:
             time.sleep(missing / _RATE)
 
     def greeted(self) -> None:
+        """Wait for messages as long as it takes from now on."""
         self._limit = None
 
     def end(self) -> None:
+        """End the connection."""
         self._ended = True
         # Not that of TLS, which would let the other threads read without it.
         socket.socket.shutdown(self._socket, socket.SHUT_RDWR)
 
     def close(self) -> None:
+        """Forget the connection."""
         self._ended = True
         self._socket.close()
 
@@ -218,8 +224,8 @@ class WebSocketConnection:
             )
         if isinstance(error, InvalidMessage) and isinstance(error.__cause__, EOFError):
             return OwnerLostError(
-                f"{self._name} ended the connection without an answer; if its gateway has TLS, give "
-                "the address as https://"
+                f"{self._name} ended the connection without an answer; if its gateway has TLS, "
+                "give the address as https://"
             )
         if isinstance(error, InvalidHandshake):
             return ProtocolError(f"{self._name} is no gateway of an arm: {brief(str(error))}")
@@ -237,4 +243,3 @@ def _words(body: bytes | bytearray) -> str:
         return printable(str(msgspec.json.decode(bytes(body), type=dict[str, object])["text"]))
     except (msgspec.DecodeError, KeyError):
         return ""
-
