@@ -14,6 +14,8 @@ from bioscara.api.messages import FromOwner
 _Fill = Callable[[Any], Any]
 """Returns a decoded value with NaN for each null that stands for a number; may change it."""
 
+_MAPPINGS = inspect.DictType | inspect.StructType | inspect.DataclassType
+
 _typed: msgspec.json.Decoder[Any] = msgspec.json.Decoder(FromOwner)
 
 
@@ -69,7 +71,7 @@ def _of_union(kind: inspect.UnionType) -> _Fill | None:
         if isinstance(each, inspect.StructType) and each.tag is not None:
             structs[each.tag] = found
         elif found is not None:
-            mapping = isinstance(each, inspect.DictType | inspect.DataclassType)
+            mapping = isinstance(each, _MAPPINGS)
             number = isinstance(each, inspect.FloatType)
             others[float if number else dict if mapping else list] = found
     optional = any(isinstance(each, inspect.NoneType) for each in kind.types)

@@ -75,10 +75,10 @@ class WebSocketConnection:
         self._protocol.send_request(request)
         self._flush()
         end = time.monotonic() + self._patience
-        while self._protocol.state is State.CONNECTING:
-            if (refused := self._protocol.handshake_exc) is not None:
-                raise self._refusal(refused)
+        while self._protocol.state is State.CONNECTING and self._protocol.handshake_exc is None:
             self._wait(self._pumped(), end - time.monotonic())
+        if (refused := self._protocol.handshake_exc) is not None:
+            raise self._refusal(refused)
 
     def send(self, data: bytes) -> None:
         """Send a message, at once."""
@@ -181,6 +181,7 @@ class WebSocketConnection:
                 self._protocol.receive_data(data)
             else:
                 self._protocol.receive_eof()
+                self._ended = True
             self._write()
             return 0
 
@@ -200,13 +201,13 @@ class WebSocketConnection:
 
     def _require_open(self) -> None:
         """Raise if the other end has ended the connection."""
-        closed, broken = self._protocol.close_rcvd, self._protocol.parser_exc
+        closed = self._protocol.close_rcvd
         if closed is not None:
             reason = printable(closed.reason) or f"code {int(closed.code)}"
             if closed.code in _AGAIN:
                 raise OwnerLostError(f"{self._name} ended the connection: {reason}")
             raise AccessError(f"{self._name} refuses this program: {reason}")
-        if broken is not None:
+        if self._ended or self._protocol.parser_exc is not None:
             raise OwnerLostError(f"{self._name} ended the connection")
 
     def _refusal(self, error: Exception) -> Exception:
