@@ -9,10 +9,10 @@ from __future__ import annotations
 from bioscara.errors import InvalidArgumentError
 from bioscara.robot import Robot as Robot
 from bioscara.robot.arm_methods import ArmMethods
-from bioscara.robot.openers import OPENERS, Access
+from bioscara.robot.openers import OPENERS, ConnectOptions
 
 
-def _owned(name: str, access: Access) -> ArmMethods:
+def _owned(name: str, access: ConnectOptions) -> ArmMethods:
     # Most programs have no owner.
     from bioscara.remote import RemoteRobot  # noqa: PLC0415
 
@@ -24,7 +24,7 @@ def _owned(name: str, access: Access) -> ArmMethods:
     return RemoteRobot(name.removeprefix("arm:"), timeout=access.timeout)
 
 
-def _beyond_gateway(name: str, access: Access) -> ArmMethods:
+def _beyond_gateway(name: str, access: ConnectOptions) -> ArmMethods:
     from bioscara.remote import GatewayAddress, RemoteRobot  # noqa: PLC0415
 
     address = GatewayAddress(

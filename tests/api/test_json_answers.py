@@ -22,7 +22,7 @@ _BUILT: dict[type[inspect.Type], Any] = {
 }
 
 
-def made(kind: inspect.Type, *, absent: bool) -> Any:
+def made(kind: inspect.Type, *, absent: bool) -> Any:  # noqa: PLR0911  one for each type
     """Return a value of a type as built-in ones, with NaN for each number.
 
     Args:

@@ -30,7 +30,7 @@ from bioscara.errors import (
 from bioscara.forking import Maker, in_child
 from bioscara.printing import printable
 from bioscara.remote.owner_socket import OwnerSocket
-from bioscara.remote.transport import Connection, Transport
+from bioscara.remote.transport import TransportConnection, Transport
 
 PATIENCE = 5.0
 """Time for which a broken connection is tried again before requests fail [s]."""
@@ -132,7 +132,7 @@ class OwnerLink:
         self._lock, self._sending = threading.Lock(), threading.Lock()
         # Held while the connection is given up or made again after that.
         self._opening = threading.RLock()
-        self._connection: Connection | None = None
+        self._connection: TransportConnection | None = None
         self._subscription = m.Subscribe(events_after=0)
         self._events_after, self._last_event = events_after, 0
         self._closed = False
@@ -338,7 +338,7 @@ class OwnerLink:
 
     def _connect(self) -> list[m.FromOwner]:
         """Connect and be greeted; return the messages that came with the greeting."""
-        connection: Connection | None = None
+        connection: TransportConnection | None = None
         try:
             connection = self._transport.connect(PATIENCE)
             hello = m.ClientHello(version=m.VERSION, client=self._client, session=self._session)

@@ -66,7 +66,7 @@ class OwnerSocket:
 
 
 class _SocketConnection:
-    """A connection to that socket; a ``Connection``."""
+    """A connection to that socket; a ``TransportConnection``."""
 
     def __init__(self, connection: socket.socket, name: str) -> None:
         self._socket, self._name = connection, name

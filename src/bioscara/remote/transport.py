@@ -7,7 +7,7 @@ from typing import Protocol
 from bioscara.api import messages as m
 
 
-class Connection(Protocol):
+class TransportConnection(Protocol):
     """A connection that carries messages; one thread receives while others send, one at a time."""
 
     def send(self, data: bytes) -> None:
@@ -53,7 +53,7 @@ class Transport(Protocol):
     def encoded(self, message: object) -> bytes:
         """Return a message as bytes."""
 
-    def connect(self, patience: float) -> Connection:
+    def connect(self, patience: float) -> TransportConnection:
         """Connect.
 
         Args:

@@ -38,7 +38,7 @@ _log.setLevel(logging.ERROR)
 
 
 class WebSocketConnection:
-    """A WebSocket to a gateway; a ``Connection``.
+    """A WebSocket to a gateway; a ``TransportConnection``.
 
     One lock serves the protocol and TLS, which threads must not use at once; nobody waits in it.
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from bioscara.robot.arm_methods import ArmMethods
 
 
-class Access(NamedTuple):
+class ConnectOptions(NamedTuple):
     """What is needed to connect to an arm of another process.
 
     Attributes:
@@ -32,7 +32,7 @@ class Access(NamedTuple):
         )
 
 
-Opener = Callable[[str, Access], ArmMethods]
+Opener = Callable[[str, ConnectOptions], ArmMethods]
 """Returns the robot of a name."""
 
 OPENERS: dict[str, Opener] = {}

@@ -28,7 +28,7 @@ from bioscara.robot.call_log import called, flush, log, logged, refused
 from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
-from bioscara.robot.openers import OPENERS, Access
+from bioscara.robot.openers import OPENERS, ConnectOptions
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
 from bioscara.robot.operations.motions.jog import Jog, Velocity
@@ -186,7 +186,7 @@ class Robot(ArmMethods):
             NotSupportedError: A package that a gateway needs is missing.
         """
         prefix = name.partition(":")[0] if isinstance(name, str) else ""
-        access = Access(timeout, token, ca_file, fingerprint)
+        access = ConnectOptions(timeout, token, ca_file, fingerprint)
         if (opener := OPENERS.get(prefix)) is not None:
             if (parameters, rate, evidence, reduced_speed) != (None, None, FAULTS, True):
                 raise InvalidArgumentError(
