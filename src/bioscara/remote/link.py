@@ -30,7 +30,7 @@ from bioscara.errors import (
 from bioscara.forking import Maker, in_child
 from bioscara.printing import printable
 from bioscara.remote.owner_socket import OwnerSocket
-from bioscara.remote.transport import TransportConnection, Transport
+from bioscara.remote.transport import Transport, TransportConnection
 
 PATIENCE = 5.0
 """Time for which a broken connection is tried again before requests fail [s]."""

@@ -7,12 +7,10 @@ import socket
 import struct
 
 from bioscara.api import framing, messages as m
-from bioscara.api.runtime import find, require_name
+from bioscara.api.runtime import find, require_name, require_trusted
 from bioscara.errors import OwnerLostError
 
 _CHUNK = 1 << 16
-_CREDENTIALS = struct.Struct("3i")
-"""Process, user and group of the other end, as a ``struct ucred``."""
 
 
 class OwnerSocket:
@@ -45,19 +43,14 @@ class OwnerSocket:
                 socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("@ll", int(patience), 0)
             )
             connection.connect(os.fspath(path))
-            self._require_process(connection)
+            self._require_process(require_trusted(connection, path))
         except BaseException:
             connection.close()
             raise
         return _SocketConnection(connection, self.name)
 
-    def _require_process(self, connection: socket.socket) -> None:
+    def _require_process(self, pid: int) -> None:
         """Raise OwnerLostError if the owner is another process than it has to be."""
-        # Of the process that listens: the kernel knows it, whoever has the name meanwhile.
-        credentials = connection.getsockopt(
-            socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size
-        )
-        pid, _, _ = _CREDENTIALS.unpack(credentials)
         if self._pid not in (None, pid):
             raise OwnerLostError(
                 f"the owner of arm {self.name} is process {pid}, and not process {self._pid}, "

@@ -161,7 +161,7 @@ def run(options: Options, output: Output) -> None:
             "--real-time-factor applies only to the arm simulated in this process"
         )
     log.set_up(as_json=options.json)
-    claim = OwnerClaim(settings.name, settings.bus)
+    claim = OwnerClaim(settings.name, settings.bus, shared=settings.group is not None)
 
     def ready(owner: Owner) -> None:
         output.line(f"arm: {owner.robot.description}")
