@@ -53,14 +53,14 @@ $(VENV)/.created: Makefile
 
 # Packages of others come from the files in locks/, each file of them with its hash, also what builds; then what is
 # here, for which pip knows no hash, without the packages that it needs.
-LOCKED := $(PIP) install --require-hashes --only-binary :all:
+LOCKED := $(PIP) install --require-hashes
 OURS := $(PIP) install --no-deps --no-build-isolation
 # Packages of which the newest version is taken in place of the locked one: make NEWEST=numpy test.
 NEWEST ?=
 
 $(VENV)/.locked: $(VENV)/.created locks/demo.txt
 	@echo "2 of 3: installing the packages that bioscara needs"
-	@$(LOCKED) $(QUIET) -r locks/demo.txt
+	@$(LOCKED) $(QUIET) --only-binary :all: -r locks/demo.txt
 	@touch $@
 
 $(VENV)/.native: $(VENV)/.locked $(NATIVE)
@@ -75,6 +75,7 @@ $(VENV)/.demo: $(VENV)/.native pyproject.toml
 
 $(VENV)/.dev: $(VENV)/.demo pyproject.toml locks/dev.txt
 	@echo "installing the tools for tests and checks"
+	@# Not of wheels alone: ruckig has none for arm64, where its source has a hash, and what builds it has none.
 	@$(LOCKED) --quiet -r locks/dev.txt
 	@$(if $(NEWEST),$(PIP) install --quiet --upgrade $(NEWEST))
 	@touch $@
