@@ -52,7 +52,8 @@
         ├── LeaseError                ... another client commands the arm, or none does
         ├── ConflictError             ... another client has changed the value since
         ├── ProtocolError             ... a message cannot be understood
-        └── AccessError               ... this user or client may not do that
+        ├── AccessError               ... this user or client may not do that
+        └── EffortError               ... a request takes more time or memory than it may
 
 Messages are one printable line: unprintable characters in external names are escaped, and the
 middle of a text longer than 1000 characters is left out.
@@ -666,3 +667,9 @@ class AccessError(OwnerError):
     """This user or client may not do that."""
 
     code = -286
+
+
+class EffortError(OwnerError):
+    """A request takes more time or memory than one request may."""
+
+    code = -287
