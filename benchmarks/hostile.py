@@ -1,4 +1,4 @@
-"""A moving arm beside hostile viewers: lateness of its control loop, and STOP."""
+"""A moving arm with hostile viewers: lateness of its control loop, and STOP."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ import msgspec
 import numpy as np
 
 from benchmarks.measure import Row, at_most, duration
-from benchmarks.owner_process import Arm, served
-from benchmarks.server import Client
-from bioscara.api import framing, messages as m, runtime
+from benchmarks.owner_process import served
+from benchmarks.server import Client, stop_delays
 from bioscara import Pose
+from bioscara.api import framing, messages as m, runtime
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot import tasks
 
 VIEWERS = int(os.environ.get("BIOSCARA_VIEWERS", "8"))
 SECONDS = 8.0
-"""Time for which the loop is observed under attack and beside it, in turns [s]."""
+"""Time for which the loop is observed with the attack and without, in turns [s]."""
 TURNS = int(os.environ.get("BIOSCARA_TURNS", "2"))
 STOPS = 30
 PEACE = (0.2, 0.0, 0.8, -0.5)
@@ -136,28 +136,6 @@ class Mover:
                 client.ask(m.AcquireLease(time_to_live=60.0, force=True))
                 return
 
-    def stop_latency(self, arm: Arm) -> float:
-        """Return the time from sending STOP on a new connection to the first slower cycle [s]."""
-        client = self._client
-        self._epoch = client.ask(m.AcquireLease(time_to_live=60.0, force=True)).lease.epoch
-        here = client.ask(m.GetState()).positions[0]
-        task = tasks.MoveJoints(positions=(-0.5 if here > 0 else 0.5, *PEACE[1:]))
-        client.ask(m.Start(task=task), self._epoch)
-        time.sleep(0.5)
-        arm.tell("mark")
-        time.sleep(0.1)
-        stopper = Client(arm_name(), "stopper")
-        sent = time.monotonic()
-        stopper.ask(m.StopAll())
-        time.sleep(0.3)
-        rows = arm.cycles()
-        stopper.socket.close()
-        ends, speeds = rows[:, 0], np.abs(rows[:, 1])
-        steady = speeds[ends < sent].mean()
-        slower = ends[(ends > sent) & (speeds < 0.98 * steady)]
-        time.sleep(0.3)
-        return float(slower[0] - sent) if len(slower) else float("nan")
-
 
 def arm_name() -> str:
     """Return the name of the arm."""
@@ -184,10 +162,8 @@ def run() -> list[Row]:
                     "MiB",
                     flush=True,
                 )
-            stops = []
             with attacked(arm_name()):
-                for _ in range(STOPS):
-                    stops.append(mover.stop_latency(arm))
+                stops = stop_delays(arm, arm_name(), STOPS)
             print("stops", sorted(round(1e3 * s, 1) for s in stops), flush=True)
     here, elsewhere = (float(np.percentile(late[each], 99)) for each in ("here", "elsewhere"))
     stop = float(np.percentile(stops, 99))

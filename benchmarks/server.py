@@ -215,15 +215,14 @@ def _crowd(arm: Arm, name: str) -> list[Row]:
     ]
 
 
-def _stop(arm: Arm, name: str) -> Row:
-    """Measure from the stop in this process to the first setpoint that is slower."""
+def stop_delays(arm: Arm, name: str, count: int) -> list[float]:
+    """Return the times from a stop in this process to the first setpoint that is slower [s]."""
     client, stopper = Client(name, "mover"), Client(name, "stopper")
     delays = []
     goal = 1.4
-    for _ in range(STOPS):
-        lease = client.ask(m.AcquireLease(time_to_live=60.0)).lease
+    for _ in range(count):
+        lease = client.ask(m.AcquireLease(time_to_live=60.0, force=True)).lease
         motion = tasks.MoveJoints(positions=(goal, 0.2, 0.0, 0.0), velocity_scaling=1.0)
-        client.ask(m.Subscribe(events_after=0))
         started = client.ask(m.Start(task=motion), lease.epoch)
         arm.tell("mark")
         # The speed changes evenly now.
@@ -239,7 +238,12 @@ def _stop(arm: Arm, name: str) -> Row:
         slower = np.flatnonzero(gains[1:] < gains[0] - 1e-6)
         delays.append(float(ends[index + slower[0]] - sent))
         goal = -goal if abs(client.ask(m.GetState()).positions[0] - goal) < 0.5 else goal
-    p50, p99 = _percentiles(delays)
+    return delays
+
+
+def _stop(arm: Arm, name: str) -> Row:
+    """Measure from the stop in this process to the first setpoint that is slower."""
+    p50, p99 = _percentiles(stop_delays(arm, name, STOPS))
     return Row(
         "STOP in another process to the end of the cycle of the first setpoint that brakes, p99",
         f"{duration(p99)}, median {duration(p50)}, {STOPS} stops",

@@ -1,6 +1,6 @@
 """Processes that do work for others: they are started before, and bounded in time and memory.
 
-What a client asks for is computed here and not in the process that moves an arm, whose threads it
+The answers to clients are computed here and not in the process that moves an arm, whose threads it
 would keep waiting: Python runs one at a time, and one that decodes or plans delays a control cycle.
 """
 
@@ -38,11 +38,11 @@ _REQUEST_MAX, _FILES_MAX = 64 << 10, 8
 """Longest request for a process [byte], and its most sockets."""
 _MODULE = "bioscara.workers"
 _PATIENCE = 1.0
-"""Time in which it has to end once nobody can ask any more [s]."""
+"""Time in which it has to end once no process can ask any more [s]."""
 
 
 class _Nursery:
-    """The process from which others fork, once it has imported what they need.
+    """The process from which others fork, once it has imported their modules.
 
     What forks from it begins in some milliseconds, and has nothing of the process that asks for it:
     no bus, no locked memory, and no priority if the thread that asked first had none. All processes
@@ -61,10 +61,11 @@ class _Nursery:
         self._control = control
 
     def start(self, modules: Sequence[str] = ()) -> None:
-        """Begin to import; returns at once, and does nothing if it has begun already."""
+        """Begin to import modules; returns at once, and does nothing if that has begun already."""
         with self._asking:
-            self._modules = self._modules or tuple(modules)
-            self._started()
+            more = [each for each in modules if each not in self._modules]
+            self._modules = (*self._modules, *more)
+            self._started(anew=bool(more))
 
     def spawn(
         self, function: Callable[..., object], *args: Any, sockets: Sequence[socket.socket]
@@ -122,12 +123,12 @@ start_early, spawn = _nursery.start, _nursery.spawn
 
 
 def main() -> None:
-    """Import modules, then fork a process for each request, until nobody can ask any more."""
+    """Import modules, then fork a process for each request, until no process can ask any more."""
     listener = socket.socket(fileno=int(sys.argv[1]))
-    # Ctrl-C is for the process that asks, which then ends what it has begun.
+    # Ctrl-C is for the process that asks, which then ends its workers.
     for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(each, signal.SIG_IGN)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for them
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no process waits for them
     for module in sys.argv[2:]:
         importlib.import_module(module)
     gc.freeze()
@@ -143,7 +144,7 @@ def main() -> None:
 
 
 def _begin(request: bytes, files: Sequence[int]) -> NoReturn:
-    """Call what was asked for, then end this process."""
+    """Call the requested function, then end this process."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     status = 1
     try:
@@ -222,7 +223,7 @@ class Worker:
             if self._process is not None:
                 signal.pidfd_send_signal(self._process, signal.SIGKILL)
             elif self._socket is not None:
-                # It has not begun, and finds that nobody waits.
+                # It has not begun, and finds the connection closed.
                 self._socket.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
@@ -273,7 +274,7 @@ class WorkerPool:
     Clients have turns: however much one asks for, another one's first request is next.
 
     Args:
-        name: What they do.
+        name: Name of their threads.
         workers: Number of them.
         memory: Memory that a call may take [MiB].
         nice: Amount by which they give way to other processes.
@@ -305,7 +306,7 @@ class WorkerPool:
         """Return the result of a function; if this is cancelled, its process ends.
 
         Args:
-            client: Who asks.
+            client: The client.
             timeout: Time that it may take from its begin [s].
             function: The function, picklable as its arguments and its result.
             *args: Its arguments.

@@ -38,7 +38,7 @@ def made(kind: inspect.Type, *, absent: bool) -> Any:  # noqa: PLR0911  one for 
         case inspect.StructType() | inspect.DataclassType():
             fields = {each.encode_name: made(each.type, absent=absent) for each in kind.fields}
             tag = getattr(kind, "tag", None)
-            return fields if tag is None else {kind.tag_field: tag, **fields}
+            return fields if tag is None else {"kind": tag, **fields}
         case inspect.NamedTupleType():
             return [made(each.type, absent=absent) for each in kind.fields]
         case inspect.TupleType():

@@ -278,9 +278,8 @@ def left(served: Served) -> int:
 
 
 def test_a_program_that_the_owner_has_forgotten_repeats_nothing(
-    served: Served, proxy: Proxy, monkeypatch: pytest.MonkeyPatch
+    served: Served, proxy: Proxy
 ) -> None:
-    monkeypatch.setattr(connection, "SESSIONS", 2)
     robot: Any = Robot.connect(f"arm:{NAME}")
     with robot:
         robot.speed_override = 1.0
@@ -301,7 +300,7 @@ def test_a_program_that_the_owner_has_forgotten_repeats_nothing(
         eventually(lambda: served.owner.goals.last == goals + 1)
         # A session with a connection is not forgotten.
         eventually(lambda: left(served) > before)
-        for _ in range(4):
+        for _ in range(connection.SESSIONS + 1):
             with RawClient("other", path=real_socket()):
                 pass
         proxy.accepting = True

@@ -932,11 +932,13 @@ class GetTrajectories(Query, frozen=True, tag="get_trajectories"):
 
     Attributes:
         goal: Its number.
+        first: Index of the first point of each trajectory that is wanted: an answer has 2000.
     """
 
     slow = True
 
     goal: int
+    first: int = 0
 
 
 class GetLease(Query, frozen=True, tag="get_lease"):
@@ -1204,13 +1206,15 @@ class PlanMade(Result, frozen=True, tag="plan_made"):
 
     Attributes:
         plan: Its number.
-        trajectory: Its trajectory.
+        trajectory: Its trajectory, to be shown: of a longer one at most 2001 points, evenly spread.
         notes: Notes on it for the user.
+        points: Number of points that the arm would follow.
     """
 
     plan: int
     trajectory: TrajectoryValue
     notes: tuple[str, ...]
+    points: int
 
 
 class LeaseState(Result, frozen=True, tag="lease_state"):
@@ -1388,11 +1392,13 @@ class GoalTrajectories(Result, frozen=True, tag="goal_trajectories"):
     Attributes:
         goal: Number of the goal.
         trajectories: A ramp to the start, if there is one, and the planned one; empty for goals
-            that follow none.
+            that follow none. Of each at most 2000 points, from the ``first`` that was asked for on.
+        points: Number of points of the longest one.
     """
 
     goal: int
     trajectories: tuple[TrajectoryValue, ...]
+    points: int = 0
 
 
 class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
@@ -1406,7 +1412,7 @@ class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
         update: Likewise, of controllers and limits.
         write: Likewise, of writing.
         clients: Open connections.
-        memory: Resident memory of the owner [byte].
+        memory: Resident memory of the owner, without the processes that compute [byte].
         uptime: Time since the owner began.
     """
 

@@ -226,9 +226,10 @@ class OwnerClaim:
             if self.socket.is_socket() and self._path.stat().st_ino == os.fstat(self._lock).st_ino:
                 return False
         if self._removed():
-            former, self._lock = self._lock, self._take()
-            os.close(former)
-        self.listener = self._listen()
+            lock, self._lock = self._lock, self._take()
+            os.close(lock)
+        former, self.listener = self.listener, self._listen()
+        former.close()
         return True
 
     def share(self, group: int) -> None:

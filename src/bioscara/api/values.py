@@ -23,6 +23,7 @@ from bioscara.control.faults.warning import ArmWarning
 from bioscara.hardware.interfaces import Quality
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.arm_bodies import GRIPPER
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.robot.workspace.workspace import Workspace
@@ -36,26 +37,56 @@ _PART = 500
 
 def trajectory_value(trajectory: Trajectory) -> TrajectoryValue:
     """Return a trajectory as a value."""
-    return _points(trajectory, slice(None))
+    return trajectory_part(trajectory, slice(None))
 
 
 def trajectory_parts(trajectory: Trajectory) -> Iterator[TrajectoryValue]:
     """Yield a trajectory in parts that fit into a message each."""
     for begin in range(0, len(trajectory.times), _PART):
-        yield _points(trajectory, slice(begin, begin + _PART))
+        yield trajectory_part(trajectory, slice(begin, begin + _PART))
 
 
-def _points(trajectory: Trajectory, points: slice) -> TrajectoryValue:
-    rows = [
-        None if column is None else tuple(map(tuple, column[points].tolist()))
-        for column in (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+Columns = tuple[tuple[str, ...], Array, Array, Array | None, Array | None]
+"""Names of the joints, times, positions, velocities and accelerations of points."""
+
+
+def columns_of(trajectory: Trajectory, points: slice) -> Columns:
+    """Return some points of a trajectory as columns; there may be none."""
+    velocities, accelerations = trajectory.velocities, trajectory.accelerations
+    return (
+        tuple(trajectory.joint_names),
+        trajectory.times[points],
+        trajectory.positions[points],
+        None if velocities is None else velocities[points],
+        None if accelerations is None else accelerations[points],
+    )
+
+
+def columns_value(columns: Columns) -> TrajectoryValue:
+    """Return points as a value."""
+    names, times, *rows = columns
+    positions, velocities, accelerations = [
+        None if row is None else tuple(map(tuple, row.tolist())) for row in rows
     ]
+    return TrajectoryValue(names, tuple(times.tolist()), positions or (), velocities, accelerations)
+
+
+def trajectory_part(trajectory: Trajectory, points: slice) -> TrajectoryValue:
+    """Return some points of a trajectory as a value."""
+    return columns_value(columns_of(trajectory, points))
+
+
+def joined_parts(first: TrajectoryValue, second: TrajectoryValue) -> TrajectoryValue:
+    """Return the points of two parts of a trajectory."""
+    velocities = first.velocities and second.velocities and first.velocities + second.velocities
+    more = first.accelerations and second.accelerations
+    accelerations = more and (first.accelerations or ()) + (second.accelerations or ())
     return TrajectoryValue(
-        trajectory.joint_names,
-        tuple(trajectory.times[points].tolist()),
-        rows[0] or (),
-        rows[1],
-        rows[2],
+        first.joint_names,
+        first.times + second.times,
+        first.positions + second.positions,
+        velocities,
+        accelerations,
     )
 
 

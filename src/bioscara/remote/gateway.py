@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from bioscara.api import framing
+from bioscara.arguments import shown
 from bioscara.errors import (
     AccessError,
     ConfigurationError,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 TOKEN_VARIABLE = "BIOSCARA_TOKEN"  # noqa: S105  the name of the variable
 """Environment variable with the token, unless one is given."""
+_HOST = re.compile(r"[0-9A-Za-z._:%-]{1,253}")
 _TOKEN = re.compile(r"[!-~]{1,256}")
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 _USER_TIMEOUT = 5000
@@ -190,11 +192,12 @@ def _parts(url: str) -> tuple[str, str, int, bool]:
             "the address of a gateway ends before '#': leave out the token, and give it apart"
         )
     wrong = parts.username is not None or parts.query or parts.path not in {"", "/"}
-    if parts.scheme not in {"http", "https"} or not host or wrong:
+    if parts.scheme not in {"http", "https"} or not _HOST.fullmatch(host or "") or wrong:
         raise InvalidArgumentError(
             f"{printable(str(url))!r} is no address of a gateway; give https://HOST:PORT"
         )
     tls = parts.scheme == "https"
+    assert host is not None  # noqa: S101  it has matched
     port = port or (443 if tls else 80)
     shown = f"[{host}]" if ":" in host else host
     return f"{parts.scheme}://{shown}:{port}", host, port, tls
@@ -230,8 +233,14 @@ def _shown(digest: str) -> str:
 
 
 def _context(ca_file: Path | str | None, *, pinned: bool) -> ssl.SSLContext:
+    if not (ca_file is None or isinstance(ca_file, str | Path)):
+        raise InvalidArgumentError(f"ca_file is {shown(ca_file)}; give the path of a file")
     try:
         context = ssl.create_default_context(cafile=ca_file)
+    except ValueError as error:
+        raise ConfigurationError(
+            f"ca_file {printable(str(ca_file))} is no path of a file"
+        ) from error
     except OSError as error:  # an ssl.SSLError also
         raise ConfigurationError(
             f"{ca_file} has no certificates as PEM: {error.strerror or error}"

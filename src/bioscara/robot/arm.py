@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import threading
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, TypeVar
 
 from bioscara.arguments import flag, number
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
@@ -15,9 +16,12 @@ from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.connection.stack import Stack
 from bioscara.robot.operations.arbiter import Arbiter, Claim, Device
 from bioscara.robot.operations.running import Running
+from bioscara.robot.planner import Planner, planned_here
 from bioscara.robot.turn import Turn
 from bioscara.robot.workspace.jaw_widths import JawWidths
 from bioscara.robot.workspace.workspace import Workspace
+
+T = TypeVar("T")
 
 
 class Begun(Protocol):
@@ -39,6 +43,15 @@ class Begun(Protocol):
         """Whether it was paused on its own."""
 
 
+class Planning(Protocol):
+    """Lets a function plan, as :func:`planned_here` does."""
+
+    def __call__(
+        self, make: Callable[[Planner], T], workspace: Workspace, positions: Sequence[float], /
+    ) -> T:
+        """Return the plan of the function."""
+
+
 class Arm:
     """One arm, without its control loop, which a :class:`~bioscara.robot.runner.Runner` runs.
 
@@ -58,6 +71,7 @@ class Arm:
             was not yet.
         pace_homing: As given.
         pace_motion: As given.
+        planning: Plans the motions that it is commanded, as :func:`planned_here` does.
     """
 
     def __init__(
@@ -73,6 +87,7 @@ class Arm:
         self.arbiter, self.turn = Arbiter(), Turn()
         self.begun: tuple[Begun, ...] = ()
         self.bent_elbow: float | None = None
+        self.planning: Planning = planned_here
         self._pauses: dict[str, str] = {}
         self._speed_override = 1.0
         self.pace_homing = flag("pace_homing", pace_homing)

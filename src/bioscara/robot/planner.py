@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from bioscara.arguments import flag, items, number, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
@@ -104,6 +104,25 @@ class Plan(NamedTuple):
 
         limits = space.parameters.joints
         return draw_plan(self.trajectory, space.kinematics, limits, self.tool, scene=space.scene)
+
+
+T = TypeVar("T")
+
+
+def planned_here(
+    make: Callable[[Planner], T], workspace: Workspace, positions: Sequence[float]
+) -> T:
+    """Return the plan of a function, in this thread.
+
+    An arm has this function for its motions, or another one that lets a process plan them.
+
+    Args:
+        make: The function.
+        workspace: The workspace.
+        positions: Where the joints are [rad, m, rad, rad].
+    """
+    here = Joints(*positions)
+    return make(Planner(workspace, lambda: here))
 
 
 class Planner:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -393,7 +394,7 @@ class Robot(ArmMethods):
     ) -> Operation[None]:
         operation = FollowTrajectory(
             "execute()" if planned else "follow()",
-            lambda planner: checked(trajectory, planner, planned=planned),
+            partial(checked, trajectory, planned=planned),
             approach=approach,
             **conditions._asdict(),
         )

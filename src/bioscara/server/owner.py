@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bioscara.api import messages as m
-from bioscara.api.values import fault_value, trajectory_of, trajectory_value, workspace_value
+from bioscara.api.values import fault_value, workspace_value
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.loop.loop import CycleReport
 from bioscara.errors import (
@@ -23,6 +23,8 @@ from bioscara.errors import (
     MotionCancelledError,
     NotInitializedError,
 )
+from bioscara.kinematics import Joints
+from bioscara.planning import Trajectory
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
@@ -30,12 +32,12 @@ from bioscara.robot.operations.fault_handling import Acknowledge
 from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.operations.running import Status
-from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.simulated_faults import simulate_fault
 from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
 from bioscara.server.bench_file import BenchFile
+from bioscara.server.channel.channel_messages import GoalPaths
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.clients.events import Events
 from bioscara.server.clients.lease import Lease
@@ -45,31 +47,26 @@ from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.kept_files import scene_file, table_file
 from bioscara.server.overlay_file import OverlayFile
 from bioscara.server.simulation import Simulation
-from bioscara.server.state.history import StateHistory
 from bioscara.server.state.joint_reports import JointReports
 from bioscara.server.state.queries import (
     controller_list,
     fault_list,
-    flight_record,
-    flight_records,
-    goal_trajectories,
+    goal_paths,
     statistics,
 )
 from bioscara.server.state.sampling import Sampler
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.owner_tasks import OwnerTasks
-from bioscara.server.tasks.uploads import TrajectoryUploads
 from bioscara.version import __version__
 
 _log = logging.getLogger(__name__)
 
-PLANS = 32
-"""Number of plans that are kept."""
 _REPORT_MAX = 500
 """Longest text that a client reports to all [characters]."""
 _STOP_REPEATED = 2.0
-"""Time in which another STOP of a client repeats its last one [s], unless something began since."""
+"""Time in which another STOP of a client repeats its first one [s], unless something began since.
+"""
 _REST = 10.0
 """Time in which a motion that is being stopped is at rest [s], also in simulated time that is slow.
 """
@@ -133,9 +130,6 @@ class Owner:
         self.lease = Lease(clock)
         self.goals = Goals()
         self.changed: Callable[[bool], object] = lambda _: None
-        self._plans: OrderedDict[int, Plan] = OrderedDict()
-        self._last_plan = 0
-        self._uploads = TrajectoryUploads()
         poses, zones = table_file(table, robot.table.fingers), scene_file(scene)
         if (taught := poses.read()) is not None:
             robot.table = taught
@@ -145,14 +139,13 @@ class Owner:
         self._revising = threading.Lock()
         self._tasks = OwnerTasks(
             self._arm,
-            self._plans,
-            self._uploads,
             self._current_revision,
             poses,
             zones,
         )
         self._stops = 0
-        self._stopper, self._stopped = "", clock()
+        self._stopped: dict[str, float] = {}
+        """When each client stopped the arm last, since something began [s]."""
         self._taken = 0
         """Epoch of the last lease that another client took from its holder."""
         self._joints = JointReports(self._runner, clock)
@@ -172,10 +165,6 @@ class Owner:
         self._posted = False
         self._over: deque[tuple[ClientGoal, int]] = deque()
         self._handlers: dict[type[m.Command], Handler] = {
-            m.Start: self._start,
-            m.AddPoints: lambda _, command, __: Later(
-                lambda: self._uploads.add(command.upload, trajectory_of(command.points))
-            ),
             m.SetJogVelocity: lambda _, command, __: self._stream(command.goal).set(
                 velocity_of(command)
             ),
@@ -187,7 +176,6 @@ class Owner:
             m.Resume: self._resume,
             m.SetSpeedOverride: self._set_speed_override,
             m.StopAll: self._stop,
-            m.MakePlan: self._make_plan,
             m.AcquireLease: self._acquire,
             m.RenewLease: self._renew,
             m.ReleaseLease: self._release,
@@ -196,7 +184,6 @@ class Owner:
             m.GetWorkspace: lambda *_: workspace_value(
                 self._arm.workspace, self._current_revision()
             ),
-            m.GetHistory: self._past,
             m.GetSimulation: lambda *_: self._simulation.state(),
             m.SimulateFault: self._simulate_fault,
             m.SetRealTimeFactor: lambda client, command, _: self._simulation.set_factor(
@@ -204,7 +191,6 @@ class Owner:
             ),
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
-            m.GetTrajectories: self._trajectories,
             m.Report: self._report,
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
             m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
@@ -212,17 +198,12 @@ class Owner:
             m.GetJoints: lambda *_: Later(self._joints.ask),
             m.SetParameters: self._set_parameters,
             m.ListControllers: lambda *_: controller_list(self._arm),
-            m.ListFlightRecords: lambda *_: m.FlightRecordList(tuple(flight_records(evidence))),
             m.GetLog: lambda _, command, __: log.kept.lines(command.after),
-            m.GetFlightRecord: lambda _, command, __: Later(
-                lambda: flight_record(evidence, command.name)
-            ),
             **self._controllers.handlers,
         }
         stack = self._arm.stack
         stack.loop.restart()
         self.sample = self._sampler.sample(stack.loop.step())
-        self._history = StateHistory(self.sample.names, stack.loop.rate)
         self._runner.observers = (*self._runner.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
         if self._arm.workspace.unconfirmed:
@@ -234,37 +215,47 @@ class Owner:
         """Which arm on which bus, in words."""
         return self.robot.description
 
+    @property
+    def rate(self) -> int:
+        """Control cycles per second [Hz]."""
+        return self._arm.stack.loop.rate
+
     def handle(
-        self, client: Client, command: m.AnyCommand, epoch: int | None, clients: int = 1
-    ) -> m.AnyResult | Later:
+        self,
+        client: Client,
+        command: m.AnyCommand,
+        epoch: int | None,
+        trajectory: Trajectory | None = None,
+    ) -> m.AnyResult | GoalPaths | Later:
         """Carry out a command.
 
         Args:
             client: Its sender.
             command: The command.
             epoch: Epoch of its lease, if it carries one.
-            clients: Number of connections.
+            trajectory: The trajectory to follow, if it is to follow one.
 
         Raises:
             LeaseError: It needs a lease, and the client does not hold it.
             BioscaraError: It is refused, or failed.
         """
         if isinstance(command, m.GetStatistics):
-            return statistics(self._arm, clients, self._clock() - self._begin)
+            return statistics(self._arm, self._clock() - self._begin)
         if command.needs_lease:
             self.expire()
             self.lease.require(client.session, epoch)
-        result = self._handlers[type(command)](client, command, epoch or 0) or m.Done()
-        # The bound of those in work is that of the declaration.
-        assert command.slow or not isinstance(result, Later), command  # noqa: S101
-        return result
+        match command:
+            case m.Start():
+                return self._start(client, command, epoch or 0, trajectory)
+            case m.GetTrajectories():
+                return goal_paths(self.goals.get(command.goal), command.first)
+        return self._handlers[type(command)](client, command, epoch or 0) or m.Done()
 
     def observe(self, cycle: CycleReport) -> None:
         """Take a sample at the end of a cycle."""
         try:
             self._controllers.goals.observe(self._arm.stack.supervisor)
-            self.sample = sample = self._sampler.sample(cycle)
-            self._history.add(sample)
+            self.sample = self._sampler.sample(cycle)
             self.controllers_sample = (
                 self._controller_sampler.sample(self.sample.cycle, cycle)
                 if self.controllers_wanted
@@ -344,7 +335,7 @@ class Owner:
     def _event(self, what: m.EventKind, text: str, client: str = "", **details: Any) -> None:
         self.events.add(what, text, client, **details)
         if what in _AFTER_A_STOP:
-            self._stopper = ""
+            self._stopped.clear()
         level = logging.WARNING if what in {"fault", "warning", "unconfirmed"} else logging.INFO
         _log.log(level, "%s: %s", what, text)
         self.changed(False)
@@ -391,14 +382,16 @@ class Owner:
             if goal.needs_lease:
                 goal.operation.cancel()
 
-    def _start(self, client: Client, command: m.Start, epoch: int) -> Later:
+    def _start(
+        self, client: Client, command: m.Start, epoch: int, trajectory: Trajectory | None
+    ) -> Later:
         number = self.goals.reserve()
 
         def observe(record: CycleRecord) -> None:
             self._post(lambda: client.send_record(number, record))
 
         conditions = Conditions(command.timeout, observe if command.records else None)
-        operation = self._tasks.operation(command.task, conditions)
+        operation = self._tasks.operation(command.task, conditions, trajectory)
         check = self.check(operation.name, client, epoch)
         revision = getattr(command.task, "revision", None)
 
@@ -505,8 +498,8 @@ class Owner:
         return operation.velocities
 
     def _pause(self, client: Client, command: m.Pause, _: int) -> None:
-        self._pauses.begin(client, may_resume=command.may_resume)
-        self._event("pause", f"{client.name} paused all motion", client.name)
+        if self._pauses.begin(client, may_resume=command.may_resume):
+            self._event("pause", f"{client.name} paused all motion", client.name)
 
     def _resume(self, client: Client, *_: object) -> None:
         self.expire()
@@ -545,22 +538,20 @@ class Owner:
 
     def _is_repeated(self, client: Client) -> bool:
         """Return whether a STOP only repeats one: programs send it until the arm is at rest."""
-        now, former = self._clock(), self._stopped
-        repeated = client.session == self._stopper and now - former < _STOP_REPEATED
-        self._stopper, self._stopped = client.session, now
+        now = self._clock()
+        recent = {key: time for key, time in self._stopped.items() if now - time < _STOP_REPEATED}
+        repeated = client.session in recent
+        # An event in each two seconds, however often it is repeated.
+        self._stopped = recent if repeated else {**recent, client.session: now}
         return repeated
 
-    def _make_plan(self, _: Client, command: m.MakePlan, __: int) -> Later:
-        def finish(plan: Plan) -> m.PlanMade:
-            self._last_plan += 1
-            self._plans[self._last_plan] = plan
-            while len(self._plans) > PLANS:
-                self._plans.popitem(last=False)
-            return m.PlanMade(self._last_plan, trajectory_value(plan.trajectory), plan.notes)
+    def planning_start(self) -> tuple[Workspace, Joints]:
+        """Return tool, scene and load, and where the joints are [rad, m, rad, rad].
 
-        return Later(
-            lambda: command.motion.plan(Planner(self._arm.workspace, self._arm.positions)), finish
-        )
+        Raises:
+            BioscaraError: It is not known where they are.
+        """
+        return self._arm.workspace, self._arm.positions()
 
     def _describe(self, *_: object) -> m.Description:
         loop = self._arm.stack.loop
@@ -581,14 +572,6 @@ class Owner:
             return state
 
         return Later(lambda: self._overlay.write(command.overlay, command.revision), finish)
-
-    def _trajectories(self, _: Client, command: m.GetTrajectories, __: int) -> Later:
-        goal = self.goals.get(command.goal)
-        return Later(lambda: goal_trajectories(goal))
-
-    def _past(self, _: Client, command: m.GetHistory, __: int) -> Later:
-        history = self._history
-        return Later(lambda: history.between(command.begin, command.end, command.points))
 
     def _report(self, client: Client, command: m.Report, _: int) -> None:
         text = command.text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import grp
 import logging
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -11,11 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bioscara.api.runtime import OwnerClaim
-from bioscara.errors import HardwareError
+from bioscara.errors import ConfigurationError, HardwareError
 from bioscara.robot import FAULTS, Robot
-from bioscara.server.clients.api_server import ApiServer
+from bioscara.server.channel.api_process import MODULES
+from bioscara.server.channel.motion_planning import MotionPlanning
+from bioscara.server.channel.owner_end import ApiProcess
 from bioscara.server.gateways import Gateways
 from bioscara.server.owner import Owner
+from bioscara.workers import start_early
 
 _LOOP_CHECK = 0.2
 """Period of the check that the control loop runs [s]."""
@@ -77,10 +81,11 @@ async def serve(
         ready: Called when clients can connect.
 
     Raises:
+        ConfigurationError: There is no such group, or clients cannot be answered.
         BioscaraError: The arm cannot be watched, or a joint could not be released.
         OSError: The socket cannot be made.
     """
-    loop = asyncio.get_running_loop()
+    loop, group = asyncio.get_running_loop(), _group_number(settings.group)
 
     def post(function: Callable[[], object]) -> None:
         # The loop may have ended since: then there is no receiver.
@@ -98,8 +103,13 @@ async def serve(
         scene=settings.scene,
         bench=settings.bench,
     )
+    # Before the loop: its priority and its locked memory are not theirs.
+    start_early(MODULES)
+    planning = MotionPlanning()
+    planning.start()
+    robot.runner.arm.planning = planning
     robot.watch(priority=settings.priority, real_time_factor=settings.real_time_factor)
-    server = ApiServer(owner, claim, settings.group)
+    server = ApiProcess(owner, claim, settings.evidence, group)
     gateways = Gateways(settings.gateways, settings.name, owner.announce)
     try:
         await server.start()
@@ -118,11 +128,21 @@ async def serve(
             # Last, so that a recorder gets the end of the last goal.
             await gateways.close()
             await server.close()
+            planning.close()
     if crashed:
         raise HardwareError(
             f"the control loop of {settings.name} has ended, which is a defect of this software; "
             "the joints are released, and the log has the cause"
         )
+
+
+def _group_number(name: str) -> int | None:
+    if not name:
+        return None
+    try:
+        return grp.getgrnam(name).gr_gid
+    except KeyError:
+        raise ConfigurationError(f"there is no group {name!r}; groupadd makes one") from None
 
 
 async def _ended(robot: Robot, ended: asyncio.Event) -> bool:

@@ -34,7 +34,7 @@ from bioscara.errors import (
     ProtocolError,
 )
 from bioscara.robot import tasks
-from bioscara.server.clients import api_server, connection
+from bioscara.server.clients import connection, crowd
 from bioscara.server.clients.client import Later
 from bioscara.server.serve import Served
 from bioscara.web.access.certificates import self_signed
@@ -129,13 +129,12 @@ def test_nothing_after_the_message_that_cut_a_client_off_is_carried_out(arm: Ser
 
 
 @pytest.mark.usefixtures("served")
-def test_half_a_message_and_silence_is_cut_off_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connection, "HELLO_TIMEOUT", 0.2)
+def test_half_a_message_and_silence_is_cut_off_in_time() -> None:
     with RawClient(greet=False) as client:
         client.send_bytes(struct.pack(">I", 200) + b"half")
         begin = time.monotonic()
         assert client.ended()
-        assert 0.1 < time.monotonic() - begin < 5.0
+        assert 0.5 < time.monotonic() - begin < 3.0
 
 
 @pytest.mark.parametrize("size", [(1 << 31) - 1, (1 << 32) - 1, framing.REQUEST_MAX + 1])
@@ -388,9 +387,7 @@ def test_requests_in_work_are_limited_and_a_stop_never_waits(served: Served) -> 
         eventually(lambda: not served.robot.is_moving)
 
 
-@pytest.mark.parametrize(
-    "command", [m.GetParameters(), m.GetTrajectories(1), m.GetHistory(begin=0.0)]
-)
+@pytest.mark.parametrize("command", [m.GetParameters(), m.GetJoints()])
 def test_whatever_is_answered_later_is_limited(
     command: m.AnyCommand, served: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -454,21 +451,24 @@ def test_a_session_with_a_connection_is_not_forgotten(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.usefixtures("served")
-def test_clients_beyond_the_largest_number_are_refused_with_the_reason() -> None:
+def test_a_program_with_too_many_connections_may_still_stop() -> None:
     clients: list[RawClient] = []
     try:
-        while len(clients) <= api_server.CLIENTS + 20:
-            client = RawClient(greet=False)
-            clients.append(client)
-            hello = m.ClientHello(version=m.VERSION, client="many", session=str(len(clients)))
-            # A client that is refused may be disconnected before it has said this.
-            with suppress(BrokenPipeError):
-                client.send(hello)
-        messages = [client.read(m.Welcome | m.RequestFailed) for client in clients]
-        refused = [each for each in messages if isinstance(each, m.RequestFailed)]
-        assert len(refused) >= 20
-        assert isinstance(error_of(refused[0].failure), BusyOwnerError)
-        with pytest.raises(BusyOwnerError, match="clients already"):
+        for _ in range(crowd.EACH + crowd.RESERVED + 20):
+            clients.append(RawClient("leaking"))
+        newest = clients[-1]
+        with pytest.raises(BusyOwnerError, match="only STOP is carried out"):
+            newest.request(m.GetState())
+        newest.request(m.StopAll())
+        # The oldest that may only send STOP gave their places up.
+        assert clients[crowd.EACH].ended()
+        clients[crowd.EACH - 1].request(m.GetState())
+        with JsonClient() as other:
+            other.send(b'{"kind":"request","id":1,"command":{"kind":"get_state"}}')
+            assert "only STOP" in str(other.read())
+            other.send(b'{"kind":"request","id":2,"command":{"kind":"stop"}}')
+            assert other.read()["kind"] == "response"
+        with pytest.raises(BusyOwnerError, match="clients"):
             Robot.connect(f"arm:{NAME}").open()
     finally:
         for client in clients:
@@ -477,11 +477,10 @@ def test_clients_beyond_the_largest_number_are_refused_with_the_reason() -> None
 
 
 def can_connect() -> bool:
-    try:
-        with RawClient():
-            return True
-    except EOFError:
-        return False
+    with RawClient() as client, suppress(BusyOwnerError):
+        client.request(m.GetState())
+        return True
+    return False
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")

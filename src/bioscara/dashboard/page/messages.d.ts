@@ -403,6 +403,7 @@ export interface GetStatistics {
 export interface GetTrajectories {
   kind: "get_trajectories";
   goal: number;
+  first?: number;
 }
 
 export interface GetWorkspace {
@@ -439,6 +440,7 @@ export interface GoalTrajectories {
   kind: "goal_trajectories";
   goal: number;
   trajectories: TrajectoryValue[];
+  points: number;
 }
 
 export interface GoalValue {
@@ -797,6 +799,7 @@ export interface PlanMade {
   plan: number;
   trajectory: TrajectoryValue;
   notes: string[];
+  points: number;
 }
 
 export type Point = [number, number[], number[], number[], number[]];

@@ -7,6 +7,7 @@ import math
 import time
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.joint_states import ARM
 from bioscara.rosbag.topics import Topic
 from bioscara.server.clients.api_server import ApiServer
-from bioscara.server.clients.client import Client
+from bioscara.server.clients.client import ConnectedClient
 from bioscara.server.state.history import StateHistory
 
 SLOWEST, FASTEST = 0.01, 100.0
@@ -35,6 +36,8 @@ _USUAL_RATE = 100
 """Cycles per second of an arm whose recording does not say it [Hz]."""
 _PERIOD = 0.01
 """Time between two steps [s]."""
+_PATIENCE = 2.0
+"""Time in which clients have to read the last messages [s]."""
 _JSON: dict[str, type[Any]] = {
     Topic.STATUS: ArmStatus,
     Topic.EVENTS: m.Event,
@@ -151,7 +154,7 @@ class ReplayedArm:
 
     def handle(
         self,
-        client: Client,  # noqa: ARG002  as of an owner
+        client: ConnectedClient,  # noqa: ARG002  as of an owner
         command: m.AnyCommand,
         epoch: int | None,  # noqa: ARG002
         clients: int,  # noqa: ARG002
@@ -182,7 +185,7 @@ class ReplayedArm:
         if self._begun is None:
             self._begun = time.monotonic()
 
-    def tick(self) -> None:
+    def state_of(self, session: str, *, connected: bool, gone: bool, forgotten: bool) -> None:
         """Do nothing: a recording has no lease and no goals."""
 
     def step(self) -> None:
@@ -230,15 +233,17 @@ async def serve_recording(
     Raises:
         OSError: The socket cannot be made.
     """
-    server = ApiServer(arm, claim)
+    server = ApiServer(arm)
+    server.start()
+    server.listen(claim.listener)
     try:
-        await server.start()
         ready()
         while not ended.is_set():
             arm.step()
             await asyncio.sleep(_PERIOD)
     finally:
-        await server.close()
+        with suppress(TimeoutError):
+            await asyncio.wait_for(server.close(), _PATIENCE)
 
 
 def _rows(path: Path) -> Iterator[dict[str, float]]:

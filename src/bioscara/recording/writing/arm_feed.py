@@ -9,7 +9,10 @@ from collections import deque
 from contextlib import suppress
 from typing import TypeVar
 
+import msgspec
+
 from bioscara.api import messages as m
+from bioscara.api.values import joined_parts
 from bioscara.errors import BioscaraError, OwnerLostError, ProtocolError
 from bioscara.remote.link import OwnerLink
 
@@ -139,8 +142,22 @@ class ArmFeed:
             # A goal may be forgotten, or the owner be lost: then there is nothing to record.
             with suppress(BioscaraError):
                 answer = self._link.request(command)
+                if isinstance(answer, m.GoalTrajectories):
+                    answer = self._whole(answer)
                 if isinstance(answer, FeedItem):
                     self._items.append(answer)
+
+    def _whole(self, answer: m.GoalTrajectories) -> m.GoalTrajectories:
+        """Ask for the points that did not fit into an answer."""
+        while (
+            count := max((len(each.times) for each in answer.trajectories), default=0)
+        ) < answer.points:
+            asked = m.GetTrajectories(answer.goal, count)
+            more = self._answer(asked, m.GoalTrajectories).trajectories
+            pairs = zip(answer.trajectories, more, strict=True)
+            joined = tuple([joined_parts(*pair) for pair in pairs])
+            answer = msgspec.structs.replace(answer, trajectories=joined)
+        return answer
 
     def _answer(self, command: m.AnyCommand, kind: type[R]) -> R:
         answer = self._link.request(command)

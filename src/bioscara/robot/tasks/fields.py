@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 from bioscara.arguments import flag, items, shown, text
-from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.errors import InvalidArgumentError, LimitError, TrajectoryError
 from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX, require_near, require_near_place
 from bioscara.planning.limits import SLOWEST, check_share
@@ -37,9 +37,20 @@ def _load(_: str, value: object) -> Load:
     return value
 
 
+WAYPOINTS = 1000
+"""Largest number of waypoints of one motion: to plan them takes some seconds."""
+
+
 def waypoints(_: str, value: object) -> tuple[Any, ...]:
-    """Return waypoints as a tuple; the planner checks each."""
-    return items("the waypoints", value, "give a list of Waypoint(pose)")
+    """Return waypoints as a tuple; the planner checks each.
+
+    Raises:
+        LimitError: There are too many.
+    """
+    given = items("the waypoints", value, "give a list of Waypoint(pose)")
+    if len(given) > WAYPOINTS:
+        raise LimitError("the number of waypoints of one motion", len(given), 1, WAYPOINTS, "")
+    return given
 
 
 Share = Annotated[

@@ -1,13 +1,13 @@
-"""The interface of an arm that the socket needs: that of an owner, or of a replayed recording."""
+"""The interface of an arm that the socket needs: a link to its owner, or a replayed recording."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Protocol
 
 from bioscara.api import messages as m
 from bioscara.api.framing import Framed
-from bioscara.server.clients.client import Client, Later
+from bioscara.server.clients.client import ConnectedClient, Encoded
 
 
 class NumberedEvents(Protocol):
@@ -56,12 +56,19 @@ class ArmService(Protocol):
         """The newest sample of its controllers; None if there is none."""
 
     def handle(
-        self, client: Client, command: m.AnyCommand, epoch: int | None, clients: int
-    ) -> m.AnyResult | Later:
+        self, client: ConnectedClient, command: m.AnyCommand, epoch: int | None, clients: int
+    ) -> m.AnyResult | Awaitable[m.AnyResult | Encoded]:
         """Carry out a command; arguments and errors as of ``Owner``."""
+
+    def state_of(self, session: str, *, connected: bool, gone: bool, forgotten: bool) -> None:
+        """Take it how a client is connected.
+
+        Args:
+            session: Its session.
+            connected: Whether it has a connection.
+            gone: Whether its process has ended, and nothing more can come from it.
+            forgotten: Whether the session is not known any more.
+        """
 
     def announce(self, what: m.EventKind, text: str, client: str) -> None:
         """Report an event of the server itself."""
-
-    def tick(self) -> None:
-        """Do the periodic work that needs no control loop; called now and then."""

@@ -1,4 +1,4 @@
-"""A client as the owner knows it, and requests that take longer."""
+"""A client as the owner and as its own process know it, and results that come later."""
 
 from __future__ import annotations
 
@@ -30,6 +30,32 @@ class Client(Protocol):
 
     def send_record(self, goal: int, record: CycleRecord) -> None:
         """Send the record of a control cycle of its goal, unless it reads too slowly."""
+
+
+class ConnectedClient(Protocol):
+    """A client as the process that answers it knows it.
+
+    Attributes:
+        session: Random name of its session.
+        name: Its name, for messages to people.
+    """
+
+    session: str
+    name: str
+
+    @property
+    def json(self) -> bool:
+        """Whether it speaks JSON, and not msgpack."""
+
+
+class Encoded(NamedTuple):
+    """The result of a request, in the form of the client.
+
+    Attributes:
+        data: The result.
+    """
+
+    data: bytes
 
 
 class Later(NamedTuple):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import logging
 import select
 from collections import OrderedDict, deque
-from collections.abc import Callable
-from concurrent.futures import Executor
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 
@@ -23,15 +23,17 @@ from bioscara.errors import (
     ProtocolError,
 )
 from bioscara.printing import printable
-from bioscara.report import CycleRecord
 from bioscara.server.clients.arm_service import ArmService
-from bioscara.server.clients.client import Later
+from bioscara.server.clients.client import Encoded
+from bioscara.server.clients.crowd import Crowd, Share
 from bioscara.server.clients.peer import Peer
 
-HELLO_TIMEOUT = 5.0
+HELLO_TIMEOUT = 2.0
 """Time in which a client has to introduce itself [s]."""
 PENDING = 64
-"""Number of requests of one connection that may be in work."""
+"""Number of requests of one connection in work above which slow ones are refused."""
+_MOST = 256
+"""Number of those above which no more are read."""
 WAITING = 8 << 20
 """Answers that wait for a client to read them, above which it is cut off [byte]."""
 _RECORDS = 256 << 10
@@ -40,9 +42,8 @@ ANSWERS = 256
 """Number of answers that are kept for each session."""
 SESSIONS = 256
 """Number of sessions that are kept; those with a connection always are."""
-_TURN = 2e-3
-"""Time for which the requests of one client are carried out before other clients have a turn [s].
-"""
+_EVENTS = 50
+"""Events that are sent in a row, before other clients have a turn."""
 
 AnySample = m.StateSample | m.ControllersSample
 """The kinds of subscription."""
@@ -50,18 +51,7 @@ AnySample = m.StateSample | m.ControllersSample
 Answer = m.Response | m.RequestFailed
 
 _log = logging.getLogger(__name__)
-
-
-class Workers(NamedTuple):
-    """Threads for requests that take longer, as planning.
-
-    Attributes:
-        commands: Of the client that commands.
-        queries: Of all clients: however many there are, no command waits for them.
-    """
-
-    commands: Executor
-    queries: Executor
+_numbers = itertools.count(1)
 
 
 @dataclass(slots=True)
@@ -84,11 +74,18 @@ class ClientSession:
     connections: list[Connection] = field(default_factory=list)
     peer: Peer | None = None
 
-    def connect(self, connection: Connection, peer: Peer) -> None:
-        """Add a connection, which this process has made."""
+    def connect(self, connection: Connection, peer: Peer, changed: Callable[[], object]) -> None:
+        """Add a connection, which this process has made.
+
+        Args:
+            connection: The connection.
+            peer: The process.
+            changed: Called when the process has ended.
+        """
         self.forget_peer()
         self.connections.append(connection)
         self.peer = peer
+        peer.watch(changed)
 
     def forget_peer(self) -> None:
         """Forget the process."""
@@ -150,9 +147,14 @@ class _Subscription:
 
 
 class Sessions:
-    """The latest sessions, by name."""
+    """The latest sessions, by name.
 
-    def __init__(self) -> None:
+    Args:
+        service: Gets how each is connected.
+    """
+
+    def __init__(self, service: ArmService) -> None:
+        self._service = service
         self._kept: OrderedDict[str, ClientSession] = OrderedDict()
 
     def take(self, name: str) -> tuple[ClientSession, bool]:
@@ -166,7 +168,22 @@ class Sessions:
             if oldest is not session and not oldest.connections:
                 oldest.forget_peer()
                 del self._kept[oldest.name]
+                self.tell(oldest, forgotten=True)
         return session, known
+
+    def tell(self, session: ClientSession, *, forgotten: bool = False) -> None:
+        """Send the arm how a session is connected."""
+        self._service.state_of(
+            session.name,
+            connected=bool(session.connections),
+            gone=session.gone,
+            forgotten=forgotten,
+        )
+
+    def newest_connection(self, name: str) -> Connection | None:
+        """Return the newest connection of a session; None if it has none."""
+        session = self._kept.get(name)
+        return session.connections[-1] if session is not None and session.connections else None
 
     def close(self) -> None:
         """Forget the processes of all sessions."""
@@ -181,13 +198,16 @@ class Connection(asyncio.Protocol):
         owner: Carries out the requests.
         sessions: The sessions.
         instance: Random name of this run of the owner.
-        workers: Run longer requests.
-        connections: All connections; this one adds and removes itself.
+        crowd: All connections; this one adds and removes itself.
         peer: The process at the other end.
+        only_stop: Whether it may only send STOP, as all usual places are taken.
 
     Attributes:
         session: Name of its session.
         name: Name of the client.
+        peer: As given.
+        only_stop: As given.
+        number: Its number; newer connections have higher ones.
     """
 
     def __init__(
@@ -195,13 +215,14 @@ class Connection(asyncio.Protocol):
         owner: ArmService,
         sessions: Sessions,
         instance: str,
-        workers: Workers,
-        connections: set[Connection],
+        crowd: Crowd,
         peer: Peer,
+        *,
+        only_stop: bool = False,
     ) -> None:
-        self._peer = peer
+        self.peer, self.only_stop, self.number = peer, only_stop, next(_numbers)
         self._owner, self._sessions, self._instance = owner, sessions, instance
-        self._workers, self._connections = workers, connections
+        self._crowd, self._share = crowd, Share(crowd)
         self._frames = framing.MessageSplitter(framing.HELLO_MAX)
         self._decode: Callable[[bytes], Any] = framing.from_client.decode
         self._encode: Callable[[Any], bytes] = framing.encode_packed
@@ -209,20 +230,16 @@ class Connection(asyncio.Protocol):
         self._session: ClientSession | None = None
         self.session, self.name = "", ""
         self._finishing: set[asyncio.Task[None]] = set()
-        self._full = False
+        self._kept: set[asyncio.Task[None]] = set()
+        self._full = self._resting = self._pumping = False
         self._subscriptions: dict[type[AnySample], _Subscription] = {}
         self._cursor: int | None = None
         self._patience: asyncio.TimerHandle | None = None
 
     @property
-    def connected(self) -> bool:
-        """Whether its session has a connection: this one, or one that was made after it."""
-        return self._session is not None and bool(self._session.connections)
-
-    @property
-    def gone(self) -> bool:
-        """Whether the process of its session has ended, and nothing more can come from it."""
-        return self._session is not None and self._session.gone
+    def json(self) -> bool:
+        """Whether the client speaks JSON, and not msgpack."""
+        return self._encode is framing.encode_json
 
     @property
     def hung_up(self) -> bool:
@@ -239,46 +256,67 @@ class Connection(asyncio.Protocol):
         self._transport = transport
         # Zero: a sample is sent only if the client has read everything before it.
         transport.set_write_buffer_limits(high=0)
-        self._connections.add(self)
+        self._crowd.connections.add(self)
         self._patience = asyncio.get_running_loop().call_later(
-            HELLO_TIMEOUT, self._cut_off, "it did not introduce itself"
+            HELLO_TIMEOUT, self.cut_off, "it did not introduce itself"
         )
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  asyncio's form
         """End: the lease stays until it lapses, as a client that lives may connect again."""
-        self._connections.discard(self)
+        self._crowd.connections.discard(self)
         self._transport = None
+        self._share.end()
+        for task in self._finishing:
+            # Its questions need no answer any more; a command goes on.
+            task.cancel()
         if self._session is None:
-            self._peer.close()
+            self.peer.close()
         else:
             self._session.connections.remove(self)
+            self._sessions.tell(self._session)
         if self._patience is not None:
             self._patience.cancel()
         if self.name:
-            self._owner.announce("client", f"{self.name} has left", self.name)
+            self._crowd.announce(f"{self.name} has left", self.name)
 
     def data_received(self, data: bytes) -> None:
         """Take bytes of the client."""
-        transport, loop = self._transport, asyncio.get_running_loop()
+        transport = self._transport
         if transport is None or transport.is_closing():
             return
-        end = loop.time() + _TURN
+        self._share.begin()
         try:
             for payload in self._frames.feed(data):
                 self._receive(payload)
                 if transport.is_closing():
                     return
                 self._frames.longest = framing.REQUEST_MAX
-                if loop.time() >= end:
-                    transport.pause_reading()
-                    loop.call_soon(self._go_on)
-                    return
+                if self._share.used_up or self._in_work >= _MOST:
+                    break
         except ProtocolError as error:
             self._reject(None, error)
+        self._rest()
+
+    @property
+    def _in_work(self) -> int:
+        return len(self._finishing) + len(self._kept)
+
+    def _rest(self) -> None:
+        """Read on once the client has a share of this process again, and waits for less."""
+        transport = self._transport
+        wait = self._share.rest()
+        if transport is None or transport.is_closing() or self._resting:
+            return
+        if wait > 0.0 or self._in_work >= _MOST:
+            self._resting = True
+            transport.pause_reading()
+            if wait > 0.0:
+                asyncio.get_running_loop().call_later(wait, self._go_on)
 
     def _go_on(self) -> None:
         """Take the bytes that have come already."""
-        if self._transport is not None:
+        if self._transport is not None and self._resting and self._in_work < _MOST:
+            self._resting = False
             self._transport.resume_reading()
             self.data_received(b"")
 
@@ -359,7 +397,9 @@ class Connection(asyncio.Protocol):
             self._patience.cancel()
         self.session, self.name = hello.session, printable(hello.client)
         self._session, resumed = self._sessions.take(hello.session)
-        self._session.connect(self, self._peer)
+        session = self._session
+        session.connect(self, self.peer, lambda: self._sessions.tell(session))
+        self._sessions.tell(session)
         welcome = m.Welcome(
             version=m.VERSION,
             owner=owner.name,
@@ -369,7 +409,7 @@ class Connection(asyncio.Protocol):
             resumed=resumed,
         )
         self._send(welcome)
-        owner.announce("client", f"{self.name} has connected", self.name)
+        self._crowd.announce(f"{self.name} has connected", self.name)
 
     def _request(self, session: ClientSession, request: m.ClientRequest) -> None:
         number, command = request.id, request.command
@@ -388,32 +428,43 @@ class Connection(asyncio.Protocol):
             session.answers[number] = None
         answer = self._answerer(session, number, keep=keep)
         try:
-            if command.slow and len(self._finishing) >= PENDING:
+            if self.only_stop and not isinstance(command, m.StopAll):
+                raise self._crowd.full()
+            if command.slow and self._in_work >= PENDING:
                 text = f"{PENDING} requests of this client are in work; wait for their answers"
                 raise BusyOwnerError(text)
-            result = self._owner.handle(self, command, request.epoch, len(self._connections))
+            result = self._owner.handle(self, command, request.epoch, len(self._crowd.connections))
         except Exception as error:  # noqa: BLE001  answered to the client
             answer(self._refusal(number, error))
             return
-        if isinstance(result, Later):
-            workers = self._workers.commands if command.needs_lease else self._workers.queries
-            finishing = self._finish(number, result, answer, workers)
-            task = asyncio.get_running_loop().create_task(finishing)
-            self._finishing.add(task)
-            task.add_done_callback(self._finishing.discard)
+        if isinstance(result, Awaitable):
+            task = asyncio.get_running_loop().create_task(self._finish(number, result, answer))
+            # A command goes on without its client, and keeps its answer.
+            finishing = self._kept if keep else self._finishing
+            finishing.add(task)
+            task.add_done_callback(finishing.discard)
+            task.add_done_callback(lambda _: self._go_on())
         else:
             answer(m.Response(number, result))
 
     async def _finish(
-        self, number: int, later: Later, answer: Callable[[Answer], None], workers: Executor
+        self,
+        number: int,
+        result: Awaitable[m.AnyResult | Encoded],
+        answer: Callable[[Answer], None],
     ) -> None:
-        loop = asyncio.get_running_loop()
         try:
-            done = await loop.run_in_executor(workers, later.work)
-            message: Answer = m.Response(number, later.ended(done))
+            done = await result
+        except asyncio.CancelledError:
+            raise
         except Exception as error:  # noqa: BLE001  answered to the client
-            message = self._refusal(number, error)
-        answer(message)
+            answer(self._refusal(number, error))
+            return
+        if isinstance(done, Encoded):
+            # Encoded elsewhere; its type is not checked again.
+            answer(m.Response(number, msgspec.Raw(done.data)))  # type: ignore[arg-type]
+        else:
+            answer(m.Response(number, done))
 
     def _answerer(
         self, session: ClientSession, number: int, *, keep: bool
@@ -459,7 +510,12 @@ class Connection(asyncio.Protocol):
             if self._transport is not None:
                 self._transport.close()
 
-    def _cut_off(self, reason: str) -> None:
+    def cut_off(self, reason: str) -> None:
+        """End the connection at once.
+
+        Args:
+            reason: Why, for the log.
+        """
         _log.warning("client %s is cut off: %s", self.name or "without a name", reason)
         if self._transport is not None:
             self._transport.abort()
@@ -518,7 +574,7 @@ class Connection(asyncio.Protocol):
             subscription.behind = True
         else:
             subscription.send(cycle)
-            self._write(sample.json if self._encode is framing.encode_json else sample.packed)
+            self._write(sample.json if self.json else sample.packed)
 
     def pump(self) -> None:
         """Send the events that are due."""
@@ -526,25 +582,27 @@ class Connection(asyncio.Protocol):
             self._pump()
 
     def _pump(self) -> None:
-        while self._cursor is not None and not self._full and not self._ending:
+        for _ in range(_EVENTS):
+            if self._cursor is None or self._full or self._ending:
+                return
             event = self._owner.events.after(self._cursor)
             if event is None:
                 return
             self._cursor = event.number
-            event_bytes = self._owner.events.framed(event)
-            json = self._encode is framing.encode_json
-            self._write(event_bytes.json if json else event_bytes.packed)
+            framed = self._owner.events.framed(event)
+            self._write(framed.json if self.json else framed.packed)
+        if not self._pumping:
+            self._pumping = True
+            asyncio.get_running_loop().call_soon(self._pump_on)
 
-    def send_record(self, goal: int, record: CycleRecord) -> None:
-        """Send the record of a cycle, unless the client reads too slowly."""
-        if self._session is not None and self._session.connections:
-            # The client may have connected again since it began the goal.
-            self._session.connections[-1].offer_record(goal, record)
+    def _pump_on(self) -> None:
+        self._pumping = False
+        self._pump()
 
-    def offer_record(self, goal: int, record: CycleRecord) -> None:
-        """Send a record on this connection, unless the client reads too slowly."""
+    def offer_record(self, cycle: m.GoalCycle) -> None:
+        """Send a record of a cycle, unless the client reads too slowly."""
         if self._transport is not None and self._transport.get_write_buffer_size() < _RECORDS:
-            self._send(m.GoalCycle(goal, record))
+            self._send(cycle)
 
     def _send(self, message: m.ApiMessage) -> None:
         try:
@@ -563,6 +621,6 @@ class Connection(asyncio.Protocol):
         if transport is None or transport.is_closing():
             return
         if transport.get_write_buffer_size() > WAITING:
-            self._cut_off("it does not read its answers")
+            self.cut_off("it does not read its answers")
             return
         transport.write(data)

@@ -52,10 +52,14 @@ class Events:
             fault=fault,
             lease=lease,
         )
+        self.keep(event)
+        return event
+
+    def keep(self, event: Event) -> None:
+        """Keep an event that has its number: that of the last one and one."""
         self._kept.append(event)
         # Last: the event is there for other threads that see its number.
         self.last = event.number
-        return event
 
     def framed(self, event: Event) -> Framed:
         """Return an event as bytes for the socket; made once for all clients."""

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.errors import LeaseError
+from bioscara.errors import BusyOwnerError, LeaseError
 from bioscara.robot.arm import Arm
 from bioscara.server.clients.client import Client
 from bioscara.server.clients.lease import Lease
+
+AUTHORS = 32
+"""Largest number of clients whose pauses are kept: each sample names them."""
 
 
 class _Author(NamedTuple):
@@ -40,17 +43,27 @@ class Pauses:
         self._arm, self._lease = arm, lease
         self._authors: dict[str, _Author] = {}
 
-    def begin(self, client: Client, *, may_resume: bool) -> None:
-        """Pause all motion.
+    def begin(self, client: Client, *, may_resume: bool) -> bool:
+        """Pause all motion; return whether the client had not paused it yet.
 
         Args:
             client: The author.
             may_resume: Whether it may lift the pause.
+
+        Raises:
+            BusyOwnerError: Too many clients have paused it already.
         """
+        before = self._arm.pauses
+        if client.session not in before and len(before) >= AUTHORS:
+            raise BusyOwnerError(
+                f"the arm is paused by {AUTHORS} clients already, and stays paused until each of "
+                "them, or the holder of the lease, resumes it"
+            )
         self._arm.pause(client.session, client.name)
         kept = self._arm.pauses
         authors = {**self._authors, client.session: _Author(client, may_resume)}
         self._authors = {key: author for key, author in authors.items() if key in kept}
+        return client.session not in before
 
     def lift(self, client: Client) -> tuple[str, ...]:
         """Lift all pauses that a client may lift, and return the names of their authors.

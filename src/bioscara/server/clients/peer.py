@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import select
 import socket
 import struct
+from collections.abc import Callable
 
 _PEER_PIDFD = 77
 """``SO_PEERPIDFD`` of Linux 6.5 and later, which Python does not name."""
@@ -31,10 +33,21 @@ class Peer:
         )
         self.pid, self.uid, self.gid = _CREDENTIALS.unpack(credentials)
         self._ended = False
+        self._watched: asyncio.AbstractEventLoop | None = None
         try:
             self._descriptor = _opened(connection, self.pid)
         except ProcessLookupError:
             self._ended, self._descriptor = True, None
+
+    def watch(self, ended: Callable[[], object]) -> None:
+        """Call a function when the process ends, in the running event loop."""
+        if self._descriptor is not None:
+            self._watched = asyncio.get_running_loop()
+            self._watched.add_reader(self._descriptor, self._tell, ended)
+
+    def _tell(self, ended: Callable[[], object]) -> None:
+        if self.ended:
+            ended()
 
     @property
     def ended(self) -> bool:
@@ -51,6 +64,8 @@ class Peer:
         """Forget the process; may be called again."""
         descriptor, self._descriptor = self._descriptor, None
         if descriptor is not None:
+            if self._watched is not None:
+                self._watched.remove_reader(descriptor)
             os.close(descriptor)
 
 

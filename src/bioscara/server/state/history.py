@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from mmap import mmap
 from typing import TypeVar
 
 import numpy as np
@@ -40,17 +41,34 @@ class StateHistory:
     Args:
         names: The joints.
         rate: Control cycles per second [Hz].
+        memory: Memory of :meth:`size` bytes, which other processes may read; None for own memory.
     """
 
-    def __init__(self, names: Sequence[str], rate: int) -> None:
+    def __init__(self, names: Sequence[str], rate: int, memory: mmap | None = None) -> None:
         self._names, self._joints = tuple(names), len(names)
         self._kept = round(DURATION * rate)
-        self._size = self._kept + round(_SLACK * rate)
-        self._times: Array = np.zeros(self._size)
-        columns = _PER_JOINT * self._joints + 2
-        self._rows = np.zeros((self._size, columns), dtype=np.float32)
+        self._size, columns = _shape(self._joints, rate)
+        block = bytearray(self.size(self._joints, rate)) if memory is None else memory
+        self._counted = np.frombuffer(block, np.int64, 1)
+        self._times: Array = np.frombuffer(block, np.float64, self._size, 8)
+        rows = np.frombuffer(block, np.float32, self._size * columns, 8 + 8 * self._size)
+        self._rows = rows.reshape(self._size, columns)
         self._unknown = (math.nan,) * self._joints
-        self._count = 0
+
+    @staticmethod
+    def size(joints: int, rate: int) -> int:
+        """Return the memory of a history [byte].
+
+        Args:
+            joints: Number of joints.
+            rate: Control cycles per second [Hz].
+        """
+        rows, columns = _shape(joints, rate)
+        return 8 + 8 * rows + 4 * rows * columns
+
+    @property
+    def _count(self) -> int:
+        return int(self._counted[0])
 
     def add(self, sample: StateSample) -> None:
         """Add the state at the end of a cycle; takes some microseconds."""
@@ -67,7 +85,7 @@ class StateHistory:
             *positions, *sample.velocities, *commands, *errors, *(sample.loads or unknown),
             sample.late, sample.bus_time,
         )  # fmt: skip
-        self._count += 1
+        self._counted[0] += 1
 
     def between(self, begin: float, end: float | None, points: int) -> History:
         """Return the rows of a time, at most so many.
@@ -124,6 +142,11 @@ class StateHistory:
             late=columns[-2],
             bus_time=columns[-1],
         )
+
+
+def _shape(joints: int, rate: int) -> tuple[int, int]:
+    """Return the numbers of rows and columns."""
+    return round(DURATION * rate) + round(_SLACK * rate), _PER_JOINT * joints + 2
 
 
 def _thinned(times: Array, rows: Rows, points: int) -> tuple[Array, Rows]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 from bioscara.api import messages as m
-from bioscara.api.values import fault_value, trajectory_value
+from bioscara.api.values import columns_of, fault_value
 from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
 from bioscara.printing import encodable, printable
 from bioscara.robot.arm import Arm
+from bioscara.server.channel.channel_messages import SHOWN, GoalPaths
 from bioscara.server.controllers.loadable_controllers import CLIENT_TYPES
 from bioscara.server.tasks.goals import ClientGoal
 from bioscara.spelling import did_you_mean
@@ -31,13 +33,22 @@ def fault_list(arm: Arm) -> m.FaultList:
     )
 
 
-def goal_trajectories(goal: ClientGoal) -> m.GoalTrajectories:
-    """Return the trajectories that a goal follows.
+def goal_paths(goal: ClientGoal, first: int) -> GoalPaths:
+    """Return a part of the trajectories that a goal follows.
+
+    Args:
+        goal: The goal.
+        first: Index of the first point of each.
 
     Raises:
-        InvalidArgumentError: They are not kept any more.
+        InvalidArgumentError: They are not kept any more, or the index is below zero.
     """
-    return m.GoalTrajectories(goal.number, tuple(map(trajectory_value, goal.paths)))
+    if first < 0:
+        raise InvalidArgumentError(f"first {first} must not be below zero")
+    paths = goal.paths
+    points = max((len(path.times) for path in paths), default=0)
+    part = slice(first, first + SHOWN)
+    return GoalPaths(points, pickle.dumps([columns_of(path, part) for path in paths]))
 
 
 def controller_list(arm: Arm) -> m.ControllerList:
@@ -78,8 +89,8 @@ def _interface(entry: InterfaceEntry) -> m.InterfaceValue:
     return m.InterfaceValue(entry.name, entry.is_available, entry.is_claimed)
 
 
-def statistics(arm: Arm, clients: int, uptime: float) -> m.Statistics:
-    """Return the statistics of an arm's loop and of this process."""
+def statistics(arm: Arm, uptime: float) -> m.Statistics:
+    """Return the statistics of an arm's loop and of this process, which has no clients."""
     counted = arm.stack.loop.statistics
     return m.Statistics(
         cycles=counted.cycles,
@@ -88,8 +99,8 @@ def statistics(arm: Arm, clients: int, uptime: float) -> m.Statistics:
         read=_percentiles(counted.read),
         update=_percentiles(counted.update),
         write=_percentiles(counted.write),
-        clients=clients,
-        memory=_resident(),
+        clients=0,
+        memory=resident(),
         uptime=uptime,
     )
 
@@ -98,7 +109,8 @@ def _percentiles(histogram: Histogram) -> tuple[float, float, float]:
     return histogram.percentile(50.0), histogram.percentile(99.0), histogram.maximum
 
 
-def _resident() -> int:
+def resident() -> int:
+    """Return the memory of this process that is not swapped out [byte]."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("VmRSS:"):
             return 1024 * int(line.split()[1])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from bioscara.api import messages as m
 from bioscara.api.values import scene_of
-from bioscara.errors import ConflictError, InvalidArgumentError
+from bioscara.errors import ConflictError
+from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
@@ -16,13 +18,11 @@ from bioscara.robot.operations.execution import SETTLING
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
 from bioscara.robot.operations.motions.jog import Jog
 from bioscara.robot.operations.operation import Cycles, Operation
-from bioscara.robot.planner import Plan
 from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.kept_files import KeptFile
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
-from bioscara.server.tasks.uploads import TrajectoryUploads
 
 T = TypeVar("T")
 
@@ -35,8 +35,6 @@ class OwnerTasks:
 
     Args:
         arm: The arm.
-        plans: Plans that can be executed, by their numbers.
-        uploads: Trajectories that came in parts.
         revision: Returns the number of the present workspace.
         table: The file with the poses.
         scene: The file with the zones.
@@ -45,37 +43,37 @@ class OwnerTasks:
     def __init__(
         self,
         arm: Arm,
-        plans: Mapping[int, Plan],
-        uploads: TrajectoryUploads,
         revision: Callable[[], int],
         table: KeptFile[TeachTable],
         scene: KeptFile[Scene],
     ) -> None:
         self._table, self._scene = table, scene
-        self._arm, self._plans, self._uploads = arm, plans, uploads
-        self._revision = revision
+        self._arm, self._revision = arm, revision
 
-    def operation(self, task: m.AnyTask, conditions: Conditions) -> Operation[Any]:
+    def operation(
+        self, task: m.AnyTask, conditions: Conditions, trajectory: Trajectory | None
+    ) -> Operation[Any]:
         """Return the operation of a task, which is not begun.
 
         Args:
             task: The task.
             conditions: Its longest duration, and the receiver of the records.
+            trajectory: The trajectory to follow, if it is to follow one.
 
         Raises:
             InvalidArgumentError: A value cannot be used.
         """
         match task:
-            case m.Follow():
-                trajectory = self._uploads.trajectory(task.upload, task.trajectory)
+            case m.Follow() if trajectory is not None:
                 return FollowTrajectory(
                     "execute()" if task.planned else "follow()",
-                    lambda planner: checked(trajectory, planner, planned=task.planned),
+                    partial(checked, trajectory, planned=task.planned),
                     approach=task.approach,
                     **conditions._asdict(),
                 )
-            case m.Execute():
-                return self._execute(task, conditions)
+            case m.Execute() if trajectory is not None:
+                plan = partial(checked, trajectory, planned=True)
+                return FollowTrajectory("execute()", plan, **conditions._asdict())
             case m.Jog():
                 return _jog(task, conditions)
             case m.SetScene() | m.SetTable():
@@ -91,18 +89,6 @@ class OwnerTasks:
             return ChangeWorkspace("setting table", lambda space: space.with_table(table))
         poses = _Kept("the poses", self._table, table, Workspace.with_table)
         return _SavedChange("setting table", poses, self._revision)
-
-    def _execute(self, task: m.Execute, conditions: Conditions) -> FollowTrajectory:
-        if task.plan not in self._plans:
-            raise InvalidArgumentError(
-                f"there is no plan {task.plan}, or it was dropped for newer ones; plan it again"
-            )
-        plan = self._plans[task.plan]
-        return FollowTrajectory(
-            "execute()",
-            lambda planner: checked(plan.trajectory, planner, planned=True),
-            **conditions._asdict(),
-        )
 
 
 class _Kept(NamedTuple, Generic[T]):

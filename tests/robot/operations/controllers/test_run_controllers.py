@@ -35,12 +35,10 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import LifecycleState
-from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Box, Scene
-from bioscara.robot.operations.controllers import planned_goal
-from bioscara.robot.operations.controllers.goal_course import course_of
 from bioscara.robot.operations.controllers.run_controllers import RunControllers
-from bioscara.robot.planner import Planner
+from bioscara.robot.planner import planned_here
+from bioscara.robot.workspace.workspace import Workspace
 from bioscara.sim import SimulatedArm
 from client_controllers import (
     FORWARD,
@@ -277,13 +275,13 @@ def test_a_goal_is_planned_anew_if_the_jaws_begin_to_move_meanwhile(
     left.activated(POSITION_JTC)
     arm, widths = left.served.robot.runner.arm, []
 
-    def planned(planner: Planner, *given: Any) -> tuple[Trajectory, ...]:
-        widths.append(planner.workspace.widths)
+    def planned(make: Any, workspace: Workspace, *given: Any) -> Any:
+        widths.append(workspace.widths)
         if len(widths) == 1:
             arm.jaws.announce(0.112)
-        return course_of(planner, *given)
+        return planned_here(make, workspace, *given)
 
-    monkeypatch.setattr(planned_goal, "course_of", planned)
+    monkeypatch.setattr(arm, "planning", planned)
     assert left.ended(left.follow(POSITION_JTC)).status == "succeeded"
     assert [high for _, high in widths] == [pytest.approx(0.08), 0.112]
     arm.jaws.withdraw()
@@ -297,11 +295,11 @@ def test_a_goal_that_is_cancelled_while_it_is_planned_does_not_begin(
         left.activated(POSITION_JTC)
         before = left.positions
 
-        def planned(*given: Any) -> tuple[Trajectory, ...]:
+        def planned(*given: Any) -> Any:
             left.robot.controllers.cancel(POSITION_JTC, 1)
-            return course_of(*given)
+            return planned_here(*given)
 
-        monkeypatch.setattr(planned_goal, "course_of", planned)
+        monkeypatch.setattr(left.served.robot.runner.arm, "planning", planned)
         assert left.ended(left.follow(POSITION_JTC)).status == "canceled"
         left.passed(0.3)
         assert left.positions == pytest.approx(before, abs=1e-3)

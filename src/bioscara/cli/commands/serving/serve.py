@@ -140,7 +140,9 @@ def run(options: Options, output: Output) -> None:
     from bioscara.cli.teach_table import table_file
     from bioscara.connect import Robot
     from bioscara.server import log
+    from bioscara.server.channel.api_process import MODULES
     from bioscara.server.serve import ServeSettings, serve
+    from bioscara.workers import start_early
 
     parameters = parameters_from(options)
     settings = ServeSettings(
@@ -161,6 +163,8 @@ def run(options: Options, output: Output) -> None:
             "--real-time-factor applies only to the arm simulated in this process"
         )
     log.set_up(as_json=options.json)
+    # While the arm is connected.
+    start_early(MODULES)
     claim = OwnerClaim(settings.name, settings.bus, shared=settings.group is not None)
 
     def ready(owner: Owner) -> None:

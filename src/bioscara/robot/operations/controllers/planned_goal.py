@@ -32,7 +32,6 @@ from bioscara.robot.operations.controllers.goal_course import (
     motion_of,
     within,
 )
-from bioscara.robot.planner import Planner
 from bioscara.robot.runner import Runner
 from bioscara.robot.workspace.workspace import Workspace
 
@@ -121,9 +120,9 @@ class PlannedGoal:
         points = [_in_order(point, columns) for point in asked]
         here = tuple([start.positions[column] for column in columns])
         self._require_reach(points[-1].positions, here)
-        planner = Planner(start.workspace, lambda: here)
-        course = course_of(planner, points, here)
-        trajectory = JointTrajectory(planner.joint_names, joined_points(course))
+        make = partial(course_of, points=points, here=here)
+        course = self._arm.planning(make, start.workspace, here)
+        trajectory = JointTrajectory(course[0].joint_names, joined_points(course))
         took, wanted = trajectory.points[-1].time, asked[-1].time
         return course, controller.prepare(
             Goal(trajectory, collision_checked=True), min(wanted / max(took, 1e-9), 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from bioscara.arguments import flag
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, PreparedGoal
@@ -80,12 +81,11 @@ class FollowTrajectory(Operation[None]):
 
     def prepare(self, arm: Arm) -> None:
         """Plan the motion and a ramp to its start."""
-        planner = Planner(arm.workspace, arm.positions)
         make_plan = self._make_plan
         assert make_plan is not None  # noqa: S101  an operation is begun once
-        plan = make_plan(planner)
+        make = partial(_planned, make_plan, approach=self._approach)
+        plan, self._ramp = arm.planning(make, arm.workspace, arm.positions())
         trajectory = plan.trajectory
-        self._ramp = self._ramp_to(trajectory, planner)
         # Last: with a plan, all paths are known, and jaws that begin to move are checked on them.
         self.plan = plan
         # Here, as a cycle that had to do this would be late.
@@ -117,14 +117,18 @@ class FollowTrajectory(Operation[None]):
         super().forget()
         self.plan = self._ramp = None
 
-    def _ramp_to(self, trajectory: Trajectory, planner: Planner) -> Trajectory | None:
-        """Return a ramp from the arm to the start; None if the arm is there."""
-        here, start = planner.here(), start_of(trajectory, planner)
-        if not self._approach:
-            _require_near(here, start, planner)
-        if max(abs(a - b) for a, b in zip(here, start, strict=True)) <= _AT_START:
-            return None
-        return planner.move_joints(start).trajectory
+
+def _planned(
+    make_plan: MakePlan, planner: Planner, *, approach: bool
+) -> tuple[Plan, Trajectory | None]:
+    """Return a plan, and a ramp from the arm to its start; None if the arm is there."""
+    plan = make_plan(planner)
+    here, start = planner.here(), start_of(plan.trajectory, planner)
+    if not approach:
+        _require_near(here, start, planner)
+    if max(abs(a - b) for a, b in zip(here, start, strict=True)) <= _AT_START:
+        return plan, None
+    return plan, planner.move_joints(start).trajectory
 
 
 def checked(trajectory: Trajectory, planner: Planner, *, planned: bool = False) -> Plan:

@@ -1,0 +1,84 @@
+"""The process that answers the clients of an owner: nothing in it moves the arm."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import resource
+import socket
+import sys
+from contextlib import suppress
+
+from bioscara.printing import printable
+from bioscara.scheduling import wake_on_time
+from bioscara.server.channel import channel_messages as c
+from bioscara.server.channel.owner_proxy import OwnerProxy
+from bioscara.server.clients.api_server import ApiServer
+
+MODULES = (__name__,)
+"""Modules that the processes of an owner import before they fork."""
+_SWITCH_INTERVAL = 0.0005
+"""Time after which a thread that computes lets the loop of the clients go on [s]; usually 5 ms."""
+_LAST = 2.0
+"""Time in which clients have to read the last messages [s]."""
+
+
+class _LogLines(logging.Handler):
+    """Lets the process that moves the arm write the log."""
+
+    def __init__(self, link: OwnerProxy) -> None:
+        super().__init__()
+        self._link = link
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Pass a line on; called in the thread of the clients."""
+        text = record.getMessage()
+        if record.exc_info:
+            text += "\n" + logging.Formatter().formatException(record.exc_info)
+        self._link.send(c.LogLine(record.levelno, record.name, printable(text[:4000])))
+
+
+def serve_clients(channel: socket.socket, listeners: socket.socket) -> None:
+    """Answer clients until the other process ends, or releases the arm.
+
+    Args:
+        channel: Connected to the process that moves the arm.
+        listeners: Gets the sockets on which clients connect, each in place of the one before.
+    """
+    # Each client needs two files.
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    wake_on_time()
+    asyncio.run(_serve(channel, listeners))
+
+
+async def _serve(channel: socket.socket, listeners: socket.socket) -> None:
+    loop, link = asyncio.get_running_loop(), OwnerProxy()
+    logging.getLogger().handlers[:] = [_LogLines(link)]
+    logging.getLogger().setLevel(logging.INFO)
+    await loop.create_connection(lambda: link, sock=channel)
+    await asyncio.wait([link.begun, link.ended], return_when=asyncio.FIRST_COMPLETED)
+    if not link.begun.done():
+        return
+    link.start()
+    server = ApiServer(link, link.group)
+    link.on_record = server.send_record
+    server.start()
+
+    def take() -> None:
+        _, files, _, _ = socket.recv_fds(listeners, 1, 1)
+        if files:
+            server.listen(socket.socket(fileno=files[0]))
+        else:
+            loop.remove_reader(listeners)
+
+    listeners.setblocking(False)
+    loop.add_reader(listeners, take)
+    link.send(c.Ready())
+    await link.ended
+    loop.remove_reader(listeners)
+    with suppress(TimeoutError):
+        await asyncio.wait_for(server.close(), _LAST)
+    await link.close()
+    channel.close()

@@ -1,0 +1,206 @@
+"""Messages between the process that moves the arm and the process that answers its clients."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+from bioscara.api import messages as m
+
+SHOWN = 2000
+"""Largest number of points of a trajectory in an answer."""
+
+
+class ChannelMessage(msgspec.Struct, frozen=True, tag_field="kind", tag=True):
+    """A message of the channel."""
+
+
+# From the clients' process.
+
+
+class Handle(ChannelMessage, frozen=True, kw_only=True, tag="handle"):
+    """Carry out a command of a client.
+
+    Attributes:
+        id: Number of the answer; counted by the clients' process.
+        session: Name of the client's session.
+        client: Name of the client.
+        command: The command.
+        epoch: Epoch of its lease, if it carries one.
+        trajectory: The points of its trajectory, as :func:`pickle.dumps` makes them; empty if it
+            has none. Those in the command are left out.
+    """
+
+    id: int
+    session: str
+    client: str
+    command: m.AnyCommand
+    epoch: int | None
+    trajectory: bytes = b""
+
+
+class AskPlanningStart(ChannelMessage, frozen=True, tag="planning_start"):
+    """Ask for the :class:`PlanningStart`.
+
+    Attributes:
+        id: Number of the answer.
+    """
+
+    id: int
+
+
+class SessionState(ChannelMessage, frozen=True, tag="session"):
+    """How a client is connected.
+
+    Attributes:
+        session: Name of its session.
+        connected: Whether it has a connection.
+        gone: Whether its process has ended.
+        forgotten: Whether nothing more comes from that session.
+    """
+
+    session: str
+    connected: bool
+    gone: bool
+    forgotten: bool = False
+
+
+class Wanted(ChannelMessage, frozen=True, tag="wanted"):
+    """Subscriptions of the clients.
+
+    Attributes:
+        controllers: Whether samples of controllers are wanted.
+    """
+
+    controllers: bool
+
+
+class AddEvent(ChannelMessage, frozen=True, tag="add_event"):
+    """Add an event of the clients' process; as the fields of :class:`m.Event`."""
+
+    what: m.EventKind
+    text: str
+    client: str
+
+
+class LogLine(ChannelMessage, frozen=True, tag="log"):
+    """A line of the log of the clients' process; as the fields of a log record."""
+
+    level: int
+    logger: str
+    text: str
+
+
+class Ready(ChannelMessage, frozen=True, tag="ready"):
+    """Clients are answered from now on."""
+
+
+FromApi = Handle | AskPlanningStart | SessionState | Wanted | AddEvent | LogLine | Ready
+
+
+# From the process that moves the arm.
+
+
+class Begin(ChannelMessage, frozen=True, kw_only=True, tag="begin"):
+    """First message: which arm it is.
+
+    Attributes:
+        name: Name of the owner.
+        arm: Which arm on which bus, in words.
+        rate: Control cycles per second [Hz].
+        sample: The newest state.
+        evidence: Folder of the flight records.
+        group: Number of the group whose members may be clients; None for this user alone.
+    """
+
+    name: str
+    arm: str
+    rate: int
+    sample: m.StateSample
+    evidence: str
+    group: int | None
+
+
+class Answered(ChannelMessage, frozen=True, tag="answered"):
+    """The result of a command, as msgpack.
+
+    Attributes:
+        id: Number of the answer.
+        result: The result: one of :data:`m.AnyResult`, or :class:`PlanningStart` or
+            :class:`GoalPaths`.
+    """
+
+    id: int
+    result: msgspec.Raw
+
+
+class Refused(ChannelMessage, frozen=True, tag="refused"):
+    """A command was refused, or failed.
+
+    Attributes:
+        id: Number of the answer.
+        failure: Why.
+    """
+
+    id: int
+    failure: m.FailureValue
+
+
+class PlanningStart(ChannelMessage, frozen=True, tag="start"):
+    """From where a plan begins.
+
+    Attributes:
+        workspace: Tool, scene and load, as :func:`pickle.dumps` makes them.
+        positions: Where the joints are [rad, m, rad, rad].
+    """
+
+    workspace: bytes
+    positions: tuple[float, ...]
+
+
+class GoalPaths(ChannelMessage, frozen=True, tag="paths"):
+    """A part of the trajectories of a goal.
+
+    Attributes:
+        points: Number of points of the longest one.
+        paths: The trajectories, as :func:`pickle.dumps` makes them.
+    """
+
+    points: int
+    paths: bytes
+
+
+class Record(ChannelMessage, frozen=True, tag="record"):
+    """A record of a control cycle for the client of a session."""
+
+    session: str
+    cycle: m.GoalCycle
+
+
+class EventAdded(ChannelMessage, frozen=True, tag="event_added"):
+    """A new event."""
+
+    event: m.Event
+
+
+class NewSample(ChannelMessage, frozen=True, tag="sample"):
+    """The state at the end of a cycle, and that of the controllers if it is wanted."""
+
+    state: m.StateSample
+    controllers: m.ControllersSample | None
+
+
+class End(ChannelMessage, frozen=True, tag="end"):
+    """The arm is released: nothing more comes."""
+
+
+FromOwnerProcess = Begin | Answered | Refused | Record | EventAdded | NewSample | End
+
+Internal = PlanningStart | GoalPaths
+"""Results that no client gets as they are."""
+
+from_api: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromApi)
+from_owner_process: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromOwnerProcess)
+any_result: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(m.AnyResult)
+internal: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(Internal)

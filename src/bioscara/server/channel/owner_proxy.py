@@ -1,0 +1,405 @@
+"""The owner as the process of its clients sees it, at the other end of the channel."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import math
+import mmap
+import os
+import pickle
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import msgspec
+
+from bioscara.api import framing, messages as m
+from bioscara.api.failures import error_of
+from bioscara.api.values import trajectory_of
+from bioscara.errors import InvalidArgumentError, LeaseError, OwnerLostError
+from bioscara.planning import Trajectory
+from bioscara.server.channel import channel_messages as c, work
+from bioscara.server.channel.budget import Budget
+from bioscara.server.clients.client import ConnectedClient, Encoded
+from bioscara.server.clients.events import Events
+from bioscara.server.state.history import StateHistory
+from bioscara.server.state.queries import resident
+from bioscara.server.tasks.uploads import TrajectoryUploads
+from bioscara.workers import WorkerPool
+
+PLANS, PLAN_BYTES = 32, 64 << 20
+"""Plans that are kept, and their memory [byte]."""
+_PLANNING, _READING = 30.0, 5.0
+"""Longest time of a plan, and of another answer of a worker [s]."""
+_WORKERS, _MEMORY, _NICE = 2, 512, 10
+"""Processes for the questions of all clients, the memory of a question [MiB], and how far they give
+way to the control loop."""
+_EACH, _MOST = 8, 64
+"""Questions of a client and of all that wait for a worker."""
+_SLOW = 5.0
+"""Turns that a question takes which occupies a thread of the owner."""
+_STOP_PERIOD = 0.01
+"""Time in which stops that come after another one are passed on as one [s]: one control cycle."""
+_LONGEST = 256 << 20
+"""Longest message of the channel [byte]."""
+_NOTHING = m.TrajectoryValue((), (), (), None, None)
+
+
+class OwnerProxy(asyncio.Protocol):
+    """Passes commands on to the process that moves the arm, and answers what needs no loop.
+
+    The holder of the lease is never limited here. All others share a budget, and have turns.
+
+    Attributes:
+        name: Name of the owner.
+        description: Which arm on which bus, in words.
+        group: Number of the group whose members may be clients; None for this user alone.
+        events: Its latest events.
+        sample: The newest state.
+        controllers_sample: The newest sample of the controllers, if that is wanted.
+        changed: Called with True when there is a new sample, with False when there is a new event.
+        on_record: Called with a session and the record of a cycle for it.
+        begun: Done once the first message has come.
+        ended: Done when the arm is released or the other process has ended.
+    """
+
+    def __init__(self) -> None:
+        loop = asyncio.get_running_loop()
+        self.name = self.description = ""
+        self.group: int | None = None
+        self.sample: m.StateSample
+        self.controllers_sample: m.ControllersSample | None = None
+        self.changed: Callable[[bool], object] = lambda _: None
+        self.on_record: Callable[[str, m.GoalCycle], object] = lambda *_: None
+        self.begun: asyncio.Future[None] = loop.create_future()
+        self.ended: asyncio.Future[None] = loop.create_future()
+        self.events = Events(lambda: self.sample.time)
+        self._loop, self._frames = loop, framing.MessageSplitter(_LONGEST)
+        self._transport: asyncio.Transport | None = None
+        self._numbers = itertools.count(1)
+        self._pending: dict[int, asyncio.Future[msgspec.Raw]] = {}
+        self._budget = Budget()
+        self._asked: dict[bytes, asyncio.Task[msgspec.Raw]] = {}
+        self._holder = ""
+        self._stops: dict[str, tuple[ConnectedClient, asyncio.Future[m.AnyResult]]] = {}
+        self._stopped = -math.inf
+        self._pool = WorkerPool(
+            "bioscara-query", _WORKERS, memory=_MEMORY, nice=_NICE, each=_EACH, most=_MOST
+        )
+        self._uploads = TrajectoryUploads()
+        self._plans: OrderedDict[int, bytes] = OrderedDict()
+        self._plan_numbers = itertools.count(1)
+        self._evidence = ""
+        self._history: StateHistory
+        self._memory: tuple[int, int, tuple[str, ...], int]
+        self._wanted = False
+        self._answers: dict[type[m.Command], Callable[..., Awaitable[m.AnyResult | Encoded]]] = {
+            m.StopAll: self._stop,
+            m.MakePlan: self._plan,
+            m.GetTrajectories: self._trajectories,
+            m.AddPoints: self._add_points,
+            m.GetHistory: lambda client, command: self._computed(
+                client, work.history, self._memory, command
+            ),
+            m.ListFlightRecords: lambda client, _: self._computed(
+                client, work.flight_record_list, self._evidence
+            ),
+            m.GetFlightRecord: lambda client, command: self._computed(
+                client, work.flight_record_part, self._evidence, command
+            ),
+        }
+        """How a command is answered here."""
+
+    # The channel.
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin."""
+        assert isinstance(transport, asyncio.Transport)  # noqa: S101  of a socket
+        self._transport = transport
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  asyncio's form
+        """The process that moves the arm has ended."""
+        self._transport = None
+        lost = OwnerLostError(f"the owner of arm {self.name} has ended")
+        for future in self._pending.values():
+            if not future.done():
+                future.set_exception(lost)
+        self._end()
+
+    def data_received(self, data: bytes) -> None:
+        """Take messages."""
+        for payload in self._frames.feed(data):
+            self._receive(c.from_owner_process.decode(payload))
+
+    def _receive(self, message: Any) -> None:
+        match message:
+            case c.NewSample():
+                self.sample, self.controllers_sample = message.state, message.controllers
+                self._history.add(message.state)
+                self.changed(True)
+            case c.Answered():
+                self._settle(message.id).set_result(message.result)
+            case c.Refused():
+                self._settle(message.id).set_exception(error_of(message.failure))
+            case c.EventAdded():
+                event = message.event
+                if event.lease is not None and event.lease.client is None:
+                    self._holder = ""
+                self.events.keep(event)
+                self.changed(False)
+            case c.Record():
+                self.on_record(message.session, message.cycle)
+            case c.Begin():
+                self._begin(message)
+            case c.End():
+                self._end()
+
+    def _begin(self, begin: c.Begin) -> None:
+        self.name, self.description, self.group = begin.name, begin.arm, begin.group
+        self.sample, self._evidence = begin.sample, begin.evidence
+        names = begin.sample.names
+        file = os.memfd_create("bioscara-history", os.MFD_CLOEXEC)
+        os.ftruncate(file, StateHistory.size(len(names), begin.rate))
+        self._history = StateHistory(names, begin.rate, mmap.mmap(file, 0))
+        self._memory = os.getpid(), file, names, begin.rate
+        self.begun.set_result(None)
+
+    def _end(self) -> None:
+        if not self.ended.done():
+            self.ended.set_result(None)
+
+    def _settle(self, number: int) -> asyncio.Future[Any]:
+        """Return the future of an answer, or one for an answer that is not awaited."""
+        future = self._pending.pop(number, None)
+        return self._loop.create_future() if future is None or future.done() else future
+
+    def send(self, message: c.ChannelMessage) -> None:
+        """Send a message, unless the other process has ended."""
+        if self._transport is not None:
+            self._transport.write(framing.packed(message))
+
+    async def _call(self, message: Callable[[int], c.ChannelMessage]) -> msgspec.Raw:
+        if self._transport is None:
+            raise OwnerLostError(f"the owner of arm {self.name} has ended")
+        number = next(self._numbers)
+        answer: asyncio.Future[msgspec.Raw] = self._loop.create_future()
+        self._pending[number] = answer
+        self.send(message(number))
+        return await answer
+
+    def start(self) -> None:
+        """Begin the processes that compute."""
+        self._pool.start()
+
+    async def close(self) -> None:
+        """End them."""
+        await self._pool.close()
+
+    # The interface of an arm for the socket of the clients.
+
+    @property
+    def controllers_wanted(self) -> bool:
+        """Whether a client has subscribed to samples of controllers."""
+        return self._wanted
+
+    @controllers_wanted.setter
+    def controllers_wanted(self, wanted: bool) -> None:
+        if wanted != self._wanted:
+            self._wanted = wanted
+            self.send(c.Wanted(wanted))
+
+    def announce(self, what: m.EventKind, text: str, client: str) -> None:
+        """Let the owner add an event."""
+        self.send(c.AddEvent(what, text, client))
+
+    def tick(self) -> None:
+        """Do nothing: the lease is the owner's."""
+
+    def state_of(self, session: str, *, connected: bool, gone: bool, forgotten: bool) -> None:
+        """Send the owner how a client is connected."""
+        if forgotten and session == self._holder:
+            self._holder = ""
+        self.send(c.SessionState(session, connected, gone, forgotten))
+
+    def handle(
+        self, client: ConnectedClient, command: m.AnyCommand, epoch: int | None, clients: int
+    ) -> Awaitable[m.AnyResult | Encoded]:
+        """Carry out a command; arguments and errors as of ``Owner``."""
+        answer: Callable[..., Awaitable[m.AnyResult | Encoded]] | None
+        if (answer := self._answers.get(type(command))) is not None:
+            return answer(client, command)
+        if isinstance(command, m.GetStatistics):
+            return self._statistics(client, command, clients)
+        if isinstance(command, m.Query):
+            return self._ask(client, command)
+        return self._command(client, command, epoch)
+
+    async def _command(
+        self, client: ConnectedClient, command: m.AnyCommand, epoch: int | None
+    ) -> m.AnyResult:
+        trajectory = b""
+        if isinstance(command, m.Start):
+            command, trajectory = self._with_points(command)
+        if client.session != self._holder:
+            await self._budget.turn(client.session)
+        given = c.Handle(
+            id=0,
+            session=client.session,
+            client=client.name,
+            command=command,
+            epoch=epoch,
+            trajectory=trajectory,
+        )
+        data = await self._call(lambda number: msgspec.structs.replace(given, id=number))
+        result: m.AnyResult = c.any_result.decode(data)
+        if isinstance(command, m.AcquireLease):
+            self._holder = client.session
+        return result
+
+    def _with_points(self, command: m.Start) -> tuple[m.Start, bytes]:
+        """Return a command without the points of its trajectory, and these as bytes.
+
+        Raises:
+            InvalidArgumentError: There is no such plan or upload, or the points are no trajectory.
+        """
+        task = command.task
+        if isinstance(task, m.Execute):
+            if task.plan not in self._plans:
+                raise InvalidArgumentError(
+                    f"there is no plan {task.plan}, or it was dropped for newer ones; plan it again"
+                )
+            return command, self._plans[task.plan]
+        if isinstance(task, m.Follow):
+            trajectory: Trajectory = self._uploads.trajectory(task.upload, task.trajectory)
+            short = msgspec.structs.replace(task, trajectory=_NOTHING, upload=0)
+            return msgspec.structs.replace(command, task=short), pickle.dumps(trajectory)
+        return command, b""
+
+    async def _statistics(
+        self, client: ConnectedClient, command: m.GetStatistics, clients: int
+    ) -> m.AnyResult:
+        data = await self._asked_once(client.session, command)
+        loop: m.Statistics = c.any_result.decode(data)
+        return msgspec.structs.replace(loop, clients=clients, memory=loop.memory + resident())
+
+    async def _add_points(self, client: ConnectedClient, command: m.AddPoints) -> m.AnyResult:
+        if client.session != self._holder:
+            raise LeaseError("this needs the lease of the arm; acquire it first")
+        return self._uploads.add(command.upload, trajectory_of(command.points))
+
+    async def _ask(self, client: ConnectedClient, command: m.Query) -> Encoded:
+        return self._formed(client, await self._asked_once(client.session, command))
+
+    def _formed(self, client: ConnectedClient, data: msgspec.Raw) -> Encoded:
+        """Return the result of a question in the form of the client."""
+        if client.json:
+            return Encoded(framing.encode_json(msgspec.msgpack.decode(data)))
+        return Encoded(bytes(data))
+
+    async def _asked_once(self, session: str, command: Any) -> msgspec.Raw:
+        """Return the answer to a question, which waits for its turn once for all that ask it."""
+        key = framing.encode_packed(command)
+        asking = self._asked.get(key)
+        if asking is None:
+            asking = self._loop.create_task(self._asked_in_turn(session, key, command))
+            self._asked[key] = asking
+            # All that wait for it may leave.
+            asking.add_done_callback(lambda task: task.cancelled() or task.exception())
+        # Another client may wait for the same answer.
+        return await asyncio.shield(asking)
+
+    async def _asked_in_turn(self, session: str, key: bytes, command: Any) -> msgspec.Raw:
+        try:
+            await self._budget.turn(session, _SLOW if getattr(command, "slow", False) else 1.0)
+        finally:
+            # Those that come from now on get a newer answer.
+            del self._asked[key]
+        if isinstance(command, c.AskPlanningStart):
+            return await self._call(c.AskPlanningStart)
+        return await self._call(
+            lambda number: c.Handle(
+                id=number, session=session, client="", command=command, epoch=None
+            )
+        )
+
+    async def _computed(
+        self, client: ConnectedClient, function: Callable[..., bytes], *args: Any
+    ) -> Encoded:
+        data = await self._pool.run(client.session, _READING, function, *args, client.json)
+        return Encoded(data)
+
+    async def _plan(self, client: ConnectedClient, command: m.MakePlan) -> Encoded:
+        data = await self._asked_once(client.session, c.AskPlanningStart(0))
+        start: c.PlanningStart = c.internal.decode(data)
+        number = next(self._plan_numbers)
+        answer, trajectory = await self._pool.run(
+            client.session,
+            _PLANNING,
+            work.plan,
+            start.workspace,
+            start.positions,
+            command.motion,
+            number,
+            client.json,
+        )
+        self._plans[number] = trajectory
+        while len(self._plans) > PLANS or sum(map(len, self._plans.values())) > PLAN_BYTES:
+            self._plans.popitem(last=False)
+        return Encoded(answer)
+
+    async def _trajectories(self, client: ConnectedClient, command: m.GetTrajectories) -> Encoded:
+        data = await self._asked_once(client.session, command)
+        paths: c.GoalPaths = c.internal.decode(data)
+        return await self._computed(
+            client, work.trajectories, command.goal, paths.points, paths.paths
+        )
+
+    async def _stop(self, client: ConnectedClient, _: m.StopAll) -> m.AnyResult:
+        """Pass a STOP on: the first at once, those in the cycle after it as one."""
+        done: asyncio.Future[m.AnyResult]
+        waiting = self._stops.get(client.session)
+        if waiting is not None:
+            done = waiting[1]
+        else:
+            done = self._loop.create_future()
+            if not self._stops:
+                due = self._stopped + _STOP_PERIOD
+                self._loop.call_at(max(due, self._loop.time()), self._pass_stops)
+            self._stops[client.session] = client, done
+            if self._loop.time() >= self._stopped + _STOP_PERIOD:
+                self._pass_stops()
+        return await asyncio.shield(done)
+
+    def _pass_stops(self) -> None:
+        if not self._stops:
+            return
+        waiting, self._stops = self._stops, {}
+        self._stopped = self._loop.time()
+        # One that does not command ends the lease of the one that does.
+        others = [each for each, _ in waiting.values() if each.session != self._holder]
+        client = others[0] if others else next(iter(waiting.values()))[0]
+        task = self._loop.create_task(
+            self._call(
+                lambda number: c.Handle(
+                    id=number,
+                    session=client.session,
+                    client=client.name,
+                    command=m.StopAll(),
+                    epoch=None,
+                )
+            )
+        )
+
+        def settle(task: asyncio.Task[msgspec.Raw]) -> None:
+            error = None if task.cancelled() else task.exception()
+            for _, done in waiting.values():
+                if done.done():
+                    continue
+                if error is not None:
+                    done.set_exception(error)
+                    done.exception()
+                else:
+                    done.set_result(m.Done())
+
+        task.add_done_callback(settle)
