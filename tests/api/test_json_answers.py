@@ -27,7 +27,7 @@ def made(kind: inspect.Type, *, absent: bool) -> Any:  # noqa: PLR0911  one for 
 
     Args:
         kind: The type.
-        absent: Whether what may be null is null.
+        absent: Whether optional values are null.
     """
     match kind:
         case inspect.Metadata():

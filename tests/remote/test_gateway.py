@@ -1,6 +1,6 @@
-"""A program that reaches an arm through its gateway: who is trusted, what is refused, what breaks.
+"""A program that reaches an arm through its gateway: trust, refusals, and broken connections.
 
-What it can do there is in test_robot_contract.py.
+Its motions and questions are in test_robot_contract.py.
 """
 
 from __future__ import annotations
@@ -367,7 +367,7 @@ def test_a_connection_that_is_refused_while_it_lasts_is_not_tried_again(gateway:
     way = GatewayAddress(gateway.url, gateway.tokens.of(Scope.VIEW))
     with closing(OwnerLink(way, lambda _: None, lost.append)) as link:
         link.open()
-        # A second hello is what a gateway refuses with code 1008.
+        # A gateway refuses a second hello with code 1008.
         hello = m.ClientHello(version=m.VERSION, client="again", session="again")
         link._write(way.encoded(hello))
         eventually(lambda: lost)
