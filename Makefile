@@ -17,6 +17,7 @@
 #   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
 #   make ros2            an environment with ROS 2 from PyPI and our interface packages, in .venv-ros2
+#   make lock            the files in locks/: the versions of constraints.txt with their hashes
 #   make generate        what follows from the register table and the parameters
 #   make clean           remove the environments and all that was built; runs and faults stay
 #
@@ -41,7 +42,7 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist release-check arm-check bench docs laws soak page-soak mutants ros2 generate clean
+.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist release-check arm-check bench docs laws soak page-soak mutants ros2 generate lock clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -50,21 +51,43 @@ $(VENV)/.created: Makefile
 	@$(PYTHON) -m venv $(if $(MOVED),--clear) $(VENV) || { echo "cannot create $(VENV): on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
 	@(cd $(VENV) && pwd -P) >$@
 
-$(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
+# Packages of others come from the files in locks/, each file of them with its hash, also what builds; then what is
+# here, for which pip knows no hash, without the packages that it needs.
+LOCKED := $(PIP) install --require-hashes
+OURS := $(PIP) install --no-deps --no-build-isolation
+# Packages of which the newest version is taken in place of the locked one: make NEWEST=numpy test.
+NEWEST ?=
+
+$(VENV)/.locked: $(VENV)/.created locks/demo.txt
+	@echo "2 of 3: installing the packages that bioscara needs"
+	@$(LOCKED) $(QUIET) --only-binary :all: -r locks/demo.txt
+	@touch $@
+
+$(VENV)/.native: $(VENV)/.locked $(NATIVE)
 	@command -v c++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }
-	@echo "2 of 3: compiling the firmware for the simulated arm"
-	@$(PIP) install $(QUIET) -c constraints.txt ./firmware
+	@echo "3 of 3: compiling the firmware for the simulated arm, and installing bioscara"
+	@$(OURS) $(QUIET) ./firmware
 	@touch $@
 
-$(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
-	@echo "3 of 3: installing bioscara and the packages that it needs"
-	@$(PIP) install $(QUIET) -c constraints.txt -e '.[plot,web]'
+$(VENV)/.demo: $(VENV)/.native pyproject.toml
+	@$(OURS) $(QUIET) -e .
 	@touch $@
 
-$(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt
+$(VENV)/.dev: $(VENV)/.demo pyproject.toml locks/dev.txt
 	@echo "installing the tools for tests and checks"
-	@$(PIP) install --quiet -c constraints.txt -e '.[plot,export,web,dev]'
+	@# Not of wheels alone: ruckig has none for arm64, where its source has a hash, and what builds it has none.
+	@$(LOCKED) --quiet -r locks/dev.txt
+	@$(if $(NEWEST),$(PIP) install --quiet --upgrade $(NEWEST))
 	@touch $@
+
+# After a change of constraints.txt or pyproject.toml: the hashes of all files of each version, for each Python and computer.
+LOCK = env -u PIP_FIND_LINKS $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header \
+    --no-annotate --default-index https://pypi.org/simple -c constraints.txt pyproject.toml locks/build.in
+
+lock: $(VENV)/.created
+	@$(PIP) install --quiet -c constraints.txt uv
+	@$(LOCK) --extra plot --extra web -o locks/demo.txt
+	@$(LOCK) --extra plot --extra export --extra web --extra dev -o locks/dev.txt
 
 demo: $(VENV)/.demo
 	@$(BIN)/bioscara demo

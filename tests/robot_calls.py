@@ -308,6 +308,9 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "evidence": Path("faults"),
                 "reduced_speed": True,
                 "timeout": 0.0,
+                "token": None,
+                "ca_file": None,
+                "fingerprint": None,
             },
         ),
     }

@@ -29,6 +29,29 @@ def test_extras_exist_and_are_installed_for_the_python_that_runs() -> None:
         assert words == [sys.executable, "-m", "pip", "install", f"bioscara[{extra}]"]
 
 
+def test_each_locked_package_has_hashes_and_the_version_that_was_tested() -> None:
+    pins = re.findall(r"^([\w.-]+)==(\S+)$", (ROOT / "constraints.txt").read_text(), re.MULTILINE)
+    tested = {re.sub(r"[._-]+", "-", name).lower(): version for name, version in pins}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    for name, of in (("demo", ("plot", "web")), ("dev", ("plot", "export", "web", "dev"))):
+        entries = re.split(r"\n(?=\S)", (ROOT / "locks" / f"{name}.txt").read_text().strip())
+        locked = {}
+        for entry in entries:
+            found = re.match(r"([a-z0-9-]+)==([^\s;]+)", entry)
+            assert found, entry
+            assert "--hash=sha256:" in entry, found[1]
+            locked[found[1]] = found[2]
+        assert {each: locked[each] for each in locked.keys() & tested.keys()} == {
+            each: tested[each] for each in locked.keys() & tested.keys()
+        }
+        wanted = [*project["dependencies"], *(each for extra in of for each in extras[extra])]
+        for requirement in wanted:
+            found = re.match(r"[\w.-]+", requirement)
+            assert found
+            assert re.sub(r"[._]+", "-", found[0]).lower() in locked, "run make lock"
+
+
 def test_no_message_has_a_command_of_its_own() -> None:
     for path in (ROOT / "src").rglob("*.py"):
         found = re.search(r"pip install", path.read_text())

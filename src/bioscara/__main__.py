@@ -11,8 +11,8 @@ def main() -> int:
     words = sys.argv[1:]
     if words[:2] == ["stop", "--arm"]:
         # As with all other commands: a person in a hurry does not know that a word is enough.
-        del words[1]
-    if words[:1] == ["stop"] and len(words) <= 2 and not words[-1].startswith("-"):
+        del words[1], sys.argv[2]
+    if words[:1] == ["stop"] and len(words) <= 2 and not any(map(_needs_all, words)):
         from bioscara.stop import main as stop  # noqa: PLC0415  the others take 10 times as long
 
         return stop(words[1:])
@@ -32,6 +32,11 @@ def main() -> int:
         remedy = pip_install(f"bioscara=={__version__}")
         sys.stderr.write(f"bioscara: {error.name} is missing, which it needs: {remedy}\n")
         return 2
+
+
+def _needs_all(word: str) -> bool:
+    """Return whether a word of ``stop`` is an option, or the address of a gateway."""
+    return word.startswith("-") or "://" in word
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ def main(words: Sequence[str]) -> int:
     connections = [(owner, _send(owner)) for owner in owners]
     failed = False
     for owner, connection in connections:
-        problem = _confirmed(connection) if not isinstance(connection, OSError) else connection
+        problem = _confirmed(connection) if not isinstance(connection, Exception) else connection
         if problem is None:
             sys.stdout.write(f"{owner.name} was stopped\n")
         else:
@@ -51,7 +51,7 @@ def main(words: Sequence[str]) -> int:
     return 1 if failed else 0
 
 
-def _send(owner: runtime.OwnerEntry) -> socket.socket | OSError:
+def _send(owner: runtime.OwnerEntry) -> socket.socket | Exception:
     """Send STOP to an owner; return the connection, or why it was not sent."""
     hello = {
         "kind": "hello",
@@ -64,8 +64,9 @@ def _send(owner: runtime.OwnerEntry) -> socket.socket | OSError:
     try:
         connection.settimeout(_ANSWER_TIMEOUT)
         connection.connect(os.fspath(owner.socket))
+        runtime.require_trusted(connection, owner.socket)
         connection.sendall(b"".join(map(_framed, (hello, request))))
-    except OSError as error:
+    except (OSError, BioscaraError) as error:
         connection.close()
         return error
     return connection

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
+import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,11 +14,14 @@ from pathlib import Path
 
 import pytest
 
+from bioscara import Robot
 from bioscara.api import runtime
-from bioscara.api.runtime import OwnerClaim, find, owners, require_name, socket_of
+from bioscara.api.runtime import OwnerClaim, find, lock_file, owners, require_name, socket_of
 from bioscara.errors import AccessError, BusyOwnerError, InvalidArgumentError, OwnerLostError
+from bioscara.stop import main as stop
+from bioscara.web.owner.stream import OwnerStream
 from processes import environment, wait_for_line
-from served import runtime_folder
+from served import NAME, runtime_folder
 
 HOLDER = """
 import os, sys, time
@@ -81,12 +87,40 @@ def test_a_folder_that_another_user_made_is_not_used(
         runtime.folder()
 
 
-def test_a_folder_that_all_users_can_write_is_not_used(folder: Path) -> None:
+def test_a_folder_that_all_users_can_write_is_not_used(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder.chmod(0o777)
     with pytest.raises(AccessError, match="written by every user"):
         OwnerClaim("left", "sim")
     folder.chmod(0o1777)
     OwnerClaim("left", "sim").close()
+    folder.chmod(0o700)
+    inner = folder / "inner" / "made"
+    inner.mkdir(parents=True)
+    monkeypatch.setenv(runtime.VARIABLE, str(inner))
+    inner.parent.chmod(0o777)
+    with pytest.raises(AccessError, match=f"{inner.parent}, which .* written by every user"):
+        OwnerClaim("left", "sim")
+
+
+def test_a_folder_that_a_group_can_write_is_used_for_that_group_only(folder: Path) -> None:
+    folder.chmod(0o770)
+    with pytest.raises(AccessError, match=r"written by the group with number .* chmod g-w"):
+        OwnerClaim("left", "sim")
+    claim = OwnerClaim("left", "sim", shared=True)
+    claim.share(os.getgid())
+    # It has the folder as it needs it: its members find the owner, and put nothing there.
+    assert folder.stat().st_mode & 0o777 == 0o750
+    claim.close()
+
+
+def test_a_link_to_a_folder_is_not_used(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "made").mkdir(mode=0o700)
+    (folder / "link").symlink_to(folder / "made")
+    monkeypatch.setenv(runtime.VARIABLE, str(folder / "link"))
+    with pytest.raises(AccessError, match="is a link"):
+        OwnerClaim("left", "sim")
 
 
 def test_an_owner_is_found_while_it_holds_its_claim(folder: Path) -> None:
@@ -179,3 +213,44 @@ def test_removed_files_are_made_again_unless_another_owner_has_begun(folder: Pat
     assert other.socket.is_socket()
     assert find("left").bus == "linux:1"
     other.close()
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can be another user")
+def test_a_socket_that_another_user_has_put_in_the_place_of_the_owners_gets_nothing(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    with runtime_folder() as folder:
+        # As a group that may write there.
+        folder.chmod(0o1777)
+        told, telling = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.setgid(12345)
+            os.setuid(12345)
+            lock = lock_file(folder / f"{NAME}.lock", {"pid": os.getpid(), "bus": "sim"})
+            listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            listener.bind(os.fspath(folder / f"{NAME}.sock"))
+            os.chmod(folder / f"{NAME}.sock", 0o666)
+            listener.listen(8)
+            os.write(telling, b"%d" % (lock is not None))
+            while True:
+                connection, _ = listener.accept()
+                os.write(telling, b"got:" + connection.recv(1 << 16))
+                connection.close()
+        try:
+            assert os.read(told, 1) == b"1"
+            refused = f"of user 12345 listens at {folder}"
+            with pytest.raises(AccessError, match=refused):
+                Robot.connect(f"arm:{NAME}").open()
+            assert stop([NAME]) == 1
+            assert refused in capfd.readouterr().err
+            with pytest.raises(OwnerLostError, match=refused):
+                asyncio.run(OwnerStream.open(NAME))
+            # Each of the three has connected, and sent nothing.
+            received = b""
+            while len(received) < len(b"got:" * 3):
+                received += os.read(told, 64)
+            assert received == b"got:" * 3
+        finally:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)

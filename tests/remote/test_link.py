@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 import random
-import select
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,112 +25,32 @@ from bioscara.errors import (
 )
 from bioscara.remote import link as link_module
 from bioscara.remote.link import OwnerLink
+from bioscara.remote.owner_socket import OwnerSocket
 from bioscara.report import CycleRecord
 from bioscara.server.clients import connection, events
 from bioscara.server.serve import Served, ServeSettings, serving
+from remote.cutting_proxy import DOWN, UP, Proxy
 from served import HALF, NAME, RawClient, arm_served, events_since, eventually, own_robot
 from simulated import NAMES
 
-UP, DOWN = "up", "down"
 LONG = (0.9, 0.15, 0.2, 0.7)
-
-
-class Proxy:
-    """Takes the place of an owner's socket, and cuts connections.
-
-    Args:
-        path: Path of the owner's socket.
-
-    Attributes:
-        real: Path to which the owner's socket was moved.
-        passed: Bytes that have passed in each direction.
-        accepting: Whether clients can connect.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.real = path.with_suffix(".real")
-        path.rename(self.real)
-        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self._listener.bind(os.fspath(path))
-        self._listener.listen(64)
-        self.passed = {UP: 0, DOWN: 0}
-        self.accepting = True
-        self._cut_at: tuple[str, int] | None = None
-        self._peers: dict[socket.socket, tuple[socket.socket, str]] = {}
-        self._lock, self._ended = threading.Lock(), threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def cut_after(self, direction: str, count: int) -> None:
-        """End the connections once so many more bytes have passed in a direction."""
-        with self._lock:
-            self._cut_at = direction, self.passed[direction] + count
-
-    def cut(self) -> None:
-        """End all connections."""
-        with self._lock:
-            self._cut()
-
-    def close(self) -> None:
-        self._ended.set()
-        self._thread.join()
-        self._cut()
-        self._listener.close()
-
-    def _cut(self) -> None:
-        self._cut_at = None
-        for end in self._peers:
-            end.close()
-        self._peers.clear()
-
-    def _run(self) -> None:
-        while not self._ended.is_set():
-            with self._lock:
-                ends = [self._listener, *self._peers]
-            with suppress(OSError, ValueError):
-                ready, _, _ = select.select(ends, [], [], 0.01)
-                with self._lock:
-                    for end in ready:
-                        if end is self._listener:
-                            self._accept()
-                        elif end in self._peers:
-                            self._forward(end)
-
-    def _accept(self) -> None:
-        client, _ = self._listener.accept()
-        if not self.accepting:
-            client.close()
-            return
-        owner = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        owner.connect(os.fspath(self.real))
-        self._peers[client] = owner, UP
-        self._peers[owner] = client, DOWN
-
-    def _forward(self, source: socket.socket) -> None:
-        sink, direction = self._peers[source]
-        data, left = b"", None
-        with suppress(OSError):
-            data = source.recv(1 << 16)
-            if self._cut_at is not None and self._cut_at[0] == direction:
-                left = self._cut_at[1] - self.passed[direction]
-            self.passed[direction] += len(data[:left])
-            sink.sendall(data[:left])
-        if left is not None and len(data) >= left:
-            self._cut()
-        elif not data:
-            for end in (source, sink):
-                del self._peers[end]
-                end.close()
 
 
 @contextmanager
 def proxied(served: Served) -> Iterator[Proxy]:
     assert served.robot.is_homed
-    proxy = Proxy(find(NAME).socket)
-    try:
+    path = find(NAME).socket
+    real = path.with_suffix(".real")
+    path.rename(real)
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    listener.bind(os.fspath(path))
+    with closing(Proxy(listener, socket.AF_UNIX, os.fspath(real))) as proxy:
         yield proxy
-    finally:
-        proxy.close()
+
+
+def real_socket() -> Path:
+    """Return the owner's socket behind the proxy."""
+    return find(NAME).socket.with_suffix(".real")
 
 
 @pytest.fixture(scope="module")
@@ -215,7 +134,7 @@ def test_events_go_on_without_a_gap_after_each_break(served: Served, proxy: Prox
     listener = OwnerLink(NAME, receive, lambda _: None)
     listener.open()
     first = served.owner.events.last
-    with RawClient("noisy", path=proxy.real) as noisy:
+    with RawClient("noisy", path=real_socket()) as noisy:
         for count in range(60):
             noisy.request(m.Pause())
             if count % 10 == 5:
@@ -303,7 +222,7 @@ def test_a_warning_reaches_a_client_with_its_call_and_its_time(caplog: Any) -> N
 
 def test_an_owner_that_has_to_be_a_process_is_no_other(served: Served) -> None:
     for pid in (os.getpid(), os.getpid() + 1):
-        link = OwnerLink(NAME, lambda _: None, lambda _: None, pid=pid)
+        link = OwnerLink(OwnerSocket(NAME, pid), lambda _: None, lambda _: None)
         if pid == os.getpid():
             link.open()
         else:
@@ -382,7 +301,7 @@ def test_a_program_that_the_owner_has_forgotten_repeats_nothing(
         # A session with a connection is not forgotten.
         eventually(lambda: left(served) > before)
         for _ in range(connection.SESSIONS + 1):
-            with RawClient("other", path=proxy.real):
+            with RawClient("other", path=real_socket()):
                 pass
         proxy.accepting = True
         thread.join()

@@ -1,7 +1,8 @@
 """A robot that an owner serves does what one of this process does, whose tests are in tests/robot.
 
 Both have one base class with every method: tested here is what goes through the connection, once
-for each way in which a task is begun, a question is asked, and an operation is followed.
+for each way in which a task is begun, a question is asked, and an operation is followed; through
+the owner's socket, and through its gateway.
 """
 
 from __future__ import annotations
@@ -52,14 +53,17 @@ from bioscara.remote.remote_operation import RemoteOperation
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.operations.running import Status
+from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import SimulatedArm
+from bioscara.web.gateway import Gateway, GatewaySettings
 from processes import wait_until
 from served import HALF, NAME, arm_served, eventually
 from simulated import NAMES
+from web.gateways import running_gateway
 
 WITHOUT_OWNER = {"bus", "clock", "joints", "runner", "simulated", "connect", "on_bus"}
 """Names of a robot in this process alone."""
@@ -91,12 +95,23 @@ class Arm:
 
 
 @contextmanager
-def connected(simulated: SimulatedArm | None, *, homed: bool = True) -> Iterator[Arm]:
-    with (
-        arm_served(at=HALF if homed else None, speed=PACE, arm=simulated) as served,
-        Robot.connect(f"arm:{NAME}") as remote,
-    ):
-        yield Arm(remote, served.robot)
+def connected(way: str, simulated: SimulatedArm | None, *, homed: bool = True) -> Iterator[Arm]:
+    with ExitStack() as stack:
+        served = stack.enter_context(
+            arm_served(at=HALF if homed else None, speed=PACE, arm=simulated)
+        )
+        if way == "gateway":
+            gateway = stack.enter_context(running_gateway(Gateway(GatewaySettings(NAME, port=0))))
+            made = Robot.connect(gateway.url, token=gateway.tokens.of(Scope.OPERATE))
+        else:
+            made = Robot.connect(f"arm:{NAME}")
+        yield Arm(stack.enter_context(made), served.robot)
+
+
+@pytest.fixture(params=["socket", "gateway"])
+def way(request: pytest.FixtureRequest) -> str:
+    """The way to the owner."""
+    return str(request.param)
 
 
 @pytest.fixture(scope="module")
@@ -106,9 +121,9 @@ def shared() -> list[SimulatedArm]:
 
 
 @pytest.fixture
-def arm(shared: list[SimulatedArm]) -> Iterator[Arm]:
+def arm(way: str, shared: list[SimulatedArm]) -> Iterator[Arm]:
     simulated = shared.pop() if shared else None
-    with connected(simulated) as made:
+    with connected(way, simulated) as made:
         yield made
         if not (made.failed or made.own.faults or made.own.is_moving):
             shared.append(made.own.bus.arm)  # type: ignore[attr-defined]
@@ -209,8 +224,8 @@ def test_conditions_are_those_of_the_arm(robot: Any) -> None:
         robot.watch(real_time_factor=2.0)
 
 
-def test_homing_from_the_client_returns_at_its_end() -> None:
-    with connected(None, homed=False) as arm:
+def test_homing_from_the_client_returns_at_its_end(way: str) -> None:
+    with connected(way, None, homed=False) as arm:
         robot = arm.robot
         assert not robot.is_homed
         for name, call in (

@@ -38,6 +38,8 @@ _FLOCK = "hhqqi"
 """Layout of Linux's ``struct flock`` with 64-bit offsets."""
 _WRITE_LOCK = struct.pack(_FLOCK, fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
 """A lock of the whole file, of this opening of it: a closed copy of it does not end the lock."""
+_CREDENTIALS = struct.Struct("3i")
+"""Process, user and group of the other end, as a ``struct ucred``."""
 _BACKLOG = 128
 """Clients that may wait to be served."""
 _LONGEST_PATH = 107
@@ -180,6 +182,7 @@ class OwnerClaim:
     Args:
         name: Name of the arm.
         bus: Name of its bus, for others to see.
+        shared: Whether it is for a group, which may then also write in its folder.
 
     Attributes:
         socket: Path of its socket.
@@ -187,13 +190,14 @@ class OwnerClaim:
 
     Raises:
         InvalidArgumentError: The name cannot be used.
-        AccessError: The folder belongs to another user.
+        AccessError: The folder belongs to another user, is a link, or others could put another one
+            in its place.
         BusyOwnerError: An owner of that name runs.
         ConfigurationError: The folder cannot be made or written.
     """
 
-    def __init__(self, name: str, bus: str) -> None:
-        self._name, self._bus = name, bus
+    def __init__(self, name: str, bus: str, *, shared: bool = False) -> None:
+        self._name, self._bus, self._shared = name, bus, shared
         self.socket = socket_of(name)
         self._path = self.socket.with_suffix(".lock")
         try:
@@ -287,7 +291,7 @@ class OwnerClaim:
         for path in folders()[1:]:
             if entry := _entry(path / self._path.name):
                 raise _taken(entry.name, f"process {entry.pid} on {entry.bus}, a service")
-        _make_folder(self._path.parent)
+        _make_folder(self._path.parent, shared=self._shared)
         lock = lock_file(self._path, {"pid": os.getpid(), "bus": self._bus})
         if lock is None:
             entry = _entry(self._path)
@@ -356,15 +360,59 @@ def _entries(path: Path) -> list[OwnerEntry]:
     return [entry for entry in entries if entry is not None]
 
 
-def _make_folder(path: Path) -> None:
+def require_trusted(connection: socket.socket, path: Path) -> int:
+    """Check who listens at the socket of an owner, before anything is sent; return its process.
+
+    The process that listens has to be one of root, of this user, or of the user to whom the folder
+    of the socket belongs: others, such as a member of a group that may write there, could have put
+    a socket in the place of the owner's.
+
+    Args:
+        connection: Connected to it.
+        path: Its path.
+
+    Raises:
+        AccessError: It is another user's.
+        OSError: The folder is gone.
+    """
+    # Of the process that listens: the kernel knows it, whoever has the name meanwhile.
+    found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    pid, user, _ = _CREDENTIALS.unpack(found)
+    if user not in {0, os.getuid(), path.parent.stat().st_uid}:
+        raise AccessError(
+            f"process {pid} of user {user} listens at {path}, and the folder is not that user's: "
+            "nothing was sent to it; end that process, and see who may write in the folder"
+        )
+    return int(pid)
+
+
+def _make_folder(path: Path, *, shared: bool) -> None:
     path.mkdir(mode=0o700, parents=True, exist_ok=True)
-    status = path.stat()
+    status = path.lstat()
+    if stat.S_ISLNK(status.st_mode):
+        raise AccessError(f"{path} is a link; set {VARIABLE} to the folder itself")
     if status.st_uid != os.getuid():
         raise AccessError(
             f"{path} belongs to user {status.st_uid}; set {VARIABLE} to an own folder"
         )
-    if status.st_mode & (stat.S_IWOTH | stat.S_ISVTX) == stat.S_IWOTH:
+    if _replaceable(status, stat.S_IWOTH):
         raise AccessError(f"{path} can be written by every user; chmod o-w {path}")
+    if not shared and _replaceable(status, stat.S_IWGRP):
+        raise AccessError(
+            f"{path} can be written by the group with number {status.st_gid}, whose members could "
+            f"take the owner's place; chmod g-w {path}"
+        )
+    for parent in path.absolute().parents:
+        if _replaceable(parent.stat(), stat.S_IWOTH):
+            raise AccessError(
+                f"{parent}, which {path} is in, can be written by every user; chmod o-w {parent}, "
+                f"or set {VARIABLE} to another folder"
+            )
+
+
+def _replaceable(status: os.stat_result, writers: int) -> bool:
+    """Return whether some may rename and remove what others have in a folder."""
+    return bool(status.st_mode & writers) and not status.st_mode & stat.S_ISVTX
 
 
 def _entry(lock: Path) -> OwnerEntry | None:

@@ -31,8 +31,8 @@ from bioscara.robot.workspace.workspace import Workspace
 QUALITIES = tuple(Quality)
 """Qualities in the order of their numbers in messages."""
 
-_PART = 1000
-"""Number of points of a trajectory in one message: of six joints these are 160 kB."""
+_PART = 500
+"""Number of points of a trajectory in one message: of six joints in JSON these are up to 200 kB."""
 
 
 def trajectory_value(trajectory: Trajectory) -> TrajectoryValue:

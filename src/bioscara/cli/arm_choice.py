@@ -6,7 +6,7 @@ import os
 from functools import partial
 
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import ARM_VARIABLE, gives_parameters
+from bioscara.cli.shared_arguments import ARM_VARIABLE, gives_parameters, share_gateway
 from bioscara.errors import AccessError
 
 BUS_HELP = (
@@ -28,9 +28,11 @@ def share_arm(parser: Parser, *, owned: bool = True, lasting: bool = False) -> N
         parser.add_argument(
             "--arm",
             metavar="NAME",
-            help=f"the arm of this name, which 'bioscara serve' runs (default: ${ARM_VARIABLE}, "
-            "else the only one on that bus, if any)",
+            help="the arm of this name, which 'bioscara serve' runs, or beyond the gateway of this "
+            f"address, https://HOST:PORT (default: ${ARM_VARIABLE}, else the only one on that bus, "
+            "if any)",
         )
+        share_gateway(parser)
     parser.add_argument(
         "--v1",
         action="store_true",

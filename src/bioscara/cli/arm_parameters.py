@@ -23,10 +23,10 @@ def parameters_from(options: Options) -> ArmParameters:
     """
     if options.arm is not None:
         # Imported here: to plan needs no robot.
-        from bioscara.connect import Robot  # noqa: PLC0415
+        from bioscara.cli.owner_link import served_robot  # noqa: PLC0415
 
         options.parameters = None
-        with Robot.connect(f"arm:{options.arm}") as robot:
+        with served_robot(options) as robot:
             return robot.parameters
     try:
         parameters = load_parameters(overlay=options.parameters)

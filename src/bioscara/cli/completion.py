@@ -43,7 +43,7 @@ def _choose(parser: Parser) -> None:
         name = (action.option_strings or [action.dest])[0]
         if action.type is Path:
             action.completer = FilesCompleter()  # type: ignore[attr-defined]
-        elif name == "--arm" or command == "stop":
+        elif name == "--arm" or (command == "stop" and not action.option_strings):
             action.completer = _arms  # type: ignore[attr-defined]
         elif name == "--tool":
             action.completer = _tools  # type: ignore[attr-defined]

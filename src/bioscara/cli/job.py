@@ -24,10 +24,10 @@ from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.display import make_view
 from bioscara.cli.output.observer import Observer
+from bioscara.cli.owner_link import served_robot
 from bioscara.cli.parser import Options
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.terminal.keyboard import motion_keys
-from bioscara.connect import Robot
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError, ZoneError
 from bioscara.extras import install
@@ -59,7 +59,7 @@ def describe(job: Job, parameters: ArmParameters, options: Options, output: Outp
 
 def _plan_for_owner(job: Job, options: Options) -> Plan:
     """Return the plan in the workspace of a served arm, from where its other joints are."""
-    with Robot.connect(f"arm:{options.arm}") as robot:
+    with served_robot(options) as robot:
         workspace = robot.plan.workspace
         if options.scene is not None:
             workspace = workspace.with_scene(job.scene)

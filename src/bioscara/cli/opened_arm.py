@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from bioscara.cli.owner_link import served_robot
 from bioscara.cli.parser import Options
 from bioscara.cli.shared_arguments import FINGERS
 from bioscara.connect import Robot
@@ -38,7 +39,7 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
         InvalidArgumentError: There is no bus of that name, or ``--rate`` is not possible.
     """
     if options.arm is not None:
-        return Robot.connect(f"arm:{options.arm}")
+        return served_robot(options)
     return own_arm(options, parameters, evidence)
 
 

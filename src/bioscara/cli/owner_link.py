@@ -5,18 +5,31 @@ from __future__ import annotations
 import math
 import os
 import pwd
+import stat
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from pathlib import Path
 from typing import TypeVar
 
 from bioscara.api import messages as m, runtime
 from bioscara.cli.parser import Options
 from bioscara.cli.shared_arguments import ARM_VARIABLE
 from bioscara.control.faults.supervisor import FaultState
-from bioscara.errors import InvalidArgumentError, OwnerError, OwnerLostError
+from bioscara.errors import (
+    AccessError,
+    ConfigurationError,
+    InvalidArgumentError,
+    OwnerError,
+    OwnerLostError,
+)
+from bioscara.remote import GatewayAddress, RemoteRobot
+from bioscara.remote.gateway import is_address
 from bioscara.remote.link import OwnerLink
 
 R = TypeVar("R", bound=m.Result)
+
+_LONGEST_TOKEN = 300
+"""Longest file of a token [byte]."""
 
 
 def owner_name(options: Options) -> str:
@@ -40,15 +53,62 @@ def owner_name(options: Options) -> str:
     return running[0]
 
 
+def owner_of(options: Options, name: str | None = None) -> str | GatewayAddress:
+    """Return the name of the owner that a command is about, or the way to it through its gateway.
+
+    Args:
+        options: Parsed options.
+        name: Its name or address; None for that of the options, or of the only one.
+
+    Raises:
+        OwnerLostError, InvalidArgumentError: As of :func:`owner_name`, or the address or what goes
+            with it cannot be used.
+        AccessError: Others can read the file of the token.
+        ConfigurationError: A file cannot be read.
+    """
+    name = name or owner_name(options)
+    if not is_address(name):
+        return name
+    token = None if options.token_file is None else _token(options.token_file)
+    return GatewayAddress(name, token, ca_file=options.ca_file, fingerprint=options.fingerprint)
+
+
+def _token(path: Path) -> str:
+    """Return the token in a file."""
+    try:
+        with path.open("rb") as file:
+            status = os.fstat(file.fileno())
+            content = file.read(_LONGEST_TOKEN + 1)
+    except OSError as error:
+        raise ConfigurationError(f"{path}: {error.strerror}") from error
+    # Not of a pipe, by which a program gives it.
+    if stat.S_ISREG(status.st_mode) and status.st_mode & 0o077:
+        raise AccessError(
+            f"{path} has mode {stat.S_IMODE(status.st_mode):04o}, and others may use the token in "
+            f"it: chmod 600 {path}"
+        )
+    words = content[:_LONGEST_TOKEN].decode("ascii", errors="replace").split()
+    if len(words) != 1 or len(content) > _LONGEST_TOKEN:
+        raise ConfigurationError(
+            f"{path} has not one token; write one of those of the gateway into it, and nothing else"
+        )
+    return words[0]
+
+
+def served_robot(options: Options) -> RemoteRobot:
+    """Return the served arm that a command is about; nothing is opened yet; raises as above."""
+    return RemoteRobot(owner_of(options))
+
+
 @contextmanager
-def linked(name: str, client: str | None = None) -> Iterator[OwnerLink]:
+def linked(owner: str | GatewayAddress, client: str | None = None) -> Iterator[OwnerLink]:
     """Connect to an owner within a block of code.
 
     Args:
-        name: Name of the owner.
+        owner: Name of the owner, or the way to it.
         client: Name of this client; None for that of the program.
     """
-    link = OwnerLink(name, lambda _: None, lambda _: None, client=client)
+    link = OwnerLink(owner, lambda _: None, lambda _: None, client=client)
     with closing(link):
         link.open()
         yield link

@@ -42,7 +42,11 @@ class Options(argparse.Namespace):
         words: All arguments after ``bioscara``, as typed.
         paced: Whether a simulated trajectory runs in real time.
         bus: Name of the bus.
-        arm: Name of the owner whose arm is used; None for an arm of this process.
+        arm: Name of the owner whose arm is used, or the address of its gateway; None for an arm of
+            this process.
+        token_file: File with the token for a gateway.
+        ca_file: Certificates of the authorities that are trusted for a gateway.
+        fingerprint: Fingerprint of the gateway's certificate.
         served: Names of the arms that are served while the command simulates one of its own.
         parameters: File with the values in which the arm differs from the committed ones, if any.
     """
@@ -53,6 +57,9 @@ class Options(argparse.Namespace):
     paced: bool = True
     bus: str = "sim"
     arm: str | None = None
+    token_file: Path | None = None
+    ca_file: Path | None = None
+    fingerprint: str | None = None
     served: Sequence[str] = ()
     parameters: Path | None = None
     v1: bool = False

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
+from bioscara.cli.owner_link import served_robot
 from bioscara.cli.parser import Options
 from bioscara.cli.shared_arguments import FINGERS
 from bioscara.cli.target import arrange_owned, planner_from, scene_from
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.cli.terminal.keyboard import motion_keys
-from bioscara.connect import Robot
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.robot.planner import Planner
@@ -91,7 +91,7 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
         verdicts = [*dry_run(sequence, planner.workspace, planner.here())]
     else:
         # Of a served arm: its tool, its scene, and from where it is.
-        with Robot.connect(f"arm:{options.arm}") as robot:
+        with served_robot(options) as robot:
             planner, space = robot.plan, robot.plan.workspace
             if options.table is not None:
                 space = space.with_table(read_table(options, space.table.fingers))

@@ -16,6 +16,8 @@ from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.cli.commands import COMMANDS
 from bioscara.cli.parser import Options, Parser, number, whole_number
 
+TOKEN_VARIABLE = "BIOSCARA_TOKEN"  # noqa: S105  the name of the variable
+"""Environment variable with the token of a gateway."""
 ARM_VARIABLE = "BIOSCARA_ARM"
 """Environment variable with the name of the owner whose arm commands use."""
 START = (-0.6, 0.2, 1.2, -0.6)
@@ -45,7 +47,14 @@ _ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     "--arm": {
         "metavar": "NAME",
-        "help": f"name of the arm (default: ${ARM_VARIABLE}, else the only one)",
+        "help": "name of the arm, or the address of its gateway, https://HOST:PORT (default: "
+        f"${ARM_VARIABLE}, else the only one)",
+    },
+    "--ca-file": {
+        "metavar": "FILE",
+        "type": Path,
+        "help": "certificates, as PEM, of the authorities that are trusted for a gateway (default: "
+        "those of the system)",
     },
     "--csv": {"metavar": "FILE", "type": Path, "help": "write the trajectory, for 'bioscara run'"},
     "--deg": {
@@ -54,6 +63,11 @@ _ARGUMENTS: dict[str, dict[str, Any]] = {
         "help": "give and show angles in degrees instead of radians; files keep radians",
     },
     "--force": {"action": "store_true"},
+    "--fingerprint": {
+        "metavar": "SHA256",
+        "help": "fingerprint of the gateway's certificate, which is trusted in place of "
+        "authorities, as 'bioscara web' prints it",
+    },
     "--follow": {"action": "store_true", "help": "wait for more, until Ctrl-C"},
     "--from": {"dest": "start", "metavar": JOINTS, "type": number, "nargs": 4},
     "--full-speed": {"action": "store_true", "help": "let the tool move faster than 250 mm/s"},
@@ -104,6 +118,11 @@ _ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     "--seed": {"metavar": "N", "type": whole_number, "default": 0},
     "--table": {"metavar": "FILE", "type": Path, "help": "file with the poses"},
+    "--token-file": {
+        "metavar": "FILE",
+        "type": Path,
+        "help": f"file with the token for a gateway (default: ${TOKEN_VARIABLE})",
+    },
     "--tool": {
         "metavar": "NAME",
         "default": FINGERS,
@@ -122,6 +141,7 @@ _ARGUMENTS: dict[str, dict[str, Any]] = {
         "help": "move the tool along the arc through this point [m]",
     },
 }
+_OF_GATEWAY = ("--token-file", "--ca-file", "--fingerprint")
 _DEFAULTS = {
     "--from": f" [rad m rad rad] (default: {' '.join(f'{value:g}' for value in START)})",
     "--table": f" (default: {TABLE}, if it exists)",
@@ -146,6 +166,35 @@ def share(parser: argparse._ActionsContainer, *names: str, **changes: Any) -> No
         parser.add_argument(name, **keywords)
         if name in _CHECKS and isinstance(parser, Parser):
             parser.checks.append(_CHECKS[name])
+
+
+def share_served(parser: Parser, **changes: Any) -> None:
+    """Add the arguments that name a served arm, on this computer or beyond a gateway.
+
+    Args:
+        parser: Parser of the command.
+        changes: Differences of ``--arm`` of this command, such as its help.
+    """
+    share(parser, "--arm", **changes)
+    share_gateway(parser)
+
+
+def share_gateway(parser: Parser) -> None:
+    """Add the arguments that a gateway needs, to a parser with ``--arm``."""
+    share(parser, *_OF_GATEWAY)
+    parser.checks.append(_check_gateway)
+
+
+def _check_gateway(parser: Parser, options: Options) -> None:
+    arm = options.arm or os.environ.get(ARM_VARIABLE) or ""
+    if "://" in arm:
+        return
+    for word in _OF_GATEWAY:
+        if getattr(options, word[2:].replace("-", "_")) is not None:
+            parser.error(
+                f"{word} is for an arm that --arm names by the address of its gateway, "
+                "https://HOST:PORT; leave it out"
+            )
 
 
 def share_target(parser: Parser, *, required: bool = True) -> None:
@@ -191,7 +240,7 @@ def _require_target(parser: Parser, options: Options) -> None:
 def share_taught(parser: Parser) -> None:
     """Add the arguments of commands about taught poses: their file, or the arm that has them."""
     share(parser, "--table")
-    share(parser, "--arm", help="the poses of this arm, which 'bioscara serve' runs")
+    share_served(parser, help="the poses of this arm, which 'bioscara serve' runs")
     share(parser, "--deg")
     parser.checks.append(_check_taught)
 

@@ -10,9 +10,9 @@ from typing import NamedTuple, TypeVar
 
 from bioscara.cli.arm_parameters import parameters_from
 from bioscara.cli.output.angles import AngleUnit
+from bioscara.cli.owner_link import served_robot
 from bioscara.cli.parser import Options
 from bioscara.cli.shared_arguments import TABLE
-from bioscara.connect import Robot
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
@@ -84,7 +84,7 @@ def table_store(options: Options, *, changes: bool, create: bool) -> Iterator[Ta
         OwnerLostError: No owner of that name runs.
     """
     if options.arm is not None:
-        with Robot.connect(f"arm:{options.arm}") as robot:
+        with served_robot(options) as robot:
             save = partial(setattr, robot, "table")
             yield TableStore(robot.table, f"arm {options.arm}", robot.parameters, save)
         return

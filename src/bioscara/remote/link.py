@@ -6,8 +6,6 @@ import itertools
 import logging
 import os
 import secrets
-import socket
-import struct
 import sys
 import threading
 import time
@@ -19,9 +17,9 @@ import msgspec
 
 from bioscara.api import framing, messages as m
 from bioscara.api.failures import error_of
-from bioscara.api.runtime import find, require_name
 from bioscara.arguments import number
 from bioscara.errors import (
+    AccessError,
     BioscaraError,
     BusyError,
     InvalidArgumentError,
@@ -31,21 +29,15 @@ from bioscara.errors import (
 )
 from bioscara.forking import Maker, in_child
 from bioscara.printing import printable
+from bioscara.remote.owner_socket import OwnerSocket
+from bioscara.remote.transport import Transport, TransportConnection
 
 PATIENCE = 5.0
 """Time for which a broken connection is tried again before requests fail [s]."""
-_PAUSE = 0.05
-"""Pause between two tries [s]."""
 _ANSWER_TIMEOUT = 60.0
 """Longest time to wait for an answer [s]: planning takes a second at most."""
-_CHUNK = 1 << 16
 _TRIES = 5
 """How often a request is sent whose connection breaks each time: it may be the cause."""
-_SEND_TIMEOUT = struct.pack("@ll", int(PATIENCE), 0)
-"""Time in which an owner has to take a part of a request, as a ``struct timeval``."""
-
-_CREDENTIALS = struct.Struct("3i")
-"""Process, user and group of the other end, as a ``struct ucred``."""
 
 _log = logging.getLogger(__name__)
 
@@ -56,11 +48,14 @@ class _Pending:
     __slots__ = ("answer", "arrived", "come", "data", "request", "tries")
 
     def __init__(
-        self, request: m.ClientRequest, arrived: Callable[[m.AnyResult], object] | None
+        self,
+        request: m.ClientRequest,
+        encoded: Callable[[object], bytes],
+        arrived: Callable[[m.AnyResult], object] | None,
     ) -> None:
         self.request, self.arrived = request, arrived
         try:
-            self.data = framing.packed(request)
+            self.data = encoded(request)
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
             raise InvalidArgumentError(
                 f"a value cannot be sent to the owner: {printable(str(error))}"
@@ -95,12 +90,11 @@ class OwnerLink:
     is recalled, and it is sent again only if it had not arrived. Used by any thread.
 
     Args:
-        name: Name of the owner.
+        owner: Name of the owner, or the way to it.
         receive: Called in the link's thread with each event, sample and record; must return at
             once.
         lost: Called there when the owner has ended or was restarted, and its goals with it.
         events_after: Number after which events are received; None for new ones only.
-        pid: Process of the owner, which no other one may be; None for any.
         client: Name of this client, for messages to people; None for its program and process.
         silence: Time without anything from the owner after which requests fail [s]; only for a
             program that has subscribed to samples. Until the owner is heard again, requests that
@@ -108,7 +102,7 @@ class OwnerLink:
             answer.
 
     Attributes:
-        name: As given.
+        name: Name of the owner or its address, for messages to people.
         welcome: The owner's greeting at the last connection.
         maker: The process that has connected; in a forked child requests are refused.
 
@@ -118,17 +112,16 @@ class OwnerLink:
 
     def __init__(
         self,
-        name: str,
+        owner: str | Transport,
         receive: Callable[[m.FromOwner], object],
         lost: Callable[[OwnerLostError], object],
         *,
         events_after: int | None = None,
-        pid: int | None = None,
         client: str | None = None,
         silence: float | None = None,
     ) -> None:
-        self.name = require_name(name)
-        self._pid, self._silence = pid, silence
+        self._transport = OwnerSocket(owner) if isinstance(owner, str) else owner
+        self.name, self._silence = self._transport.name, silence
         self._heard = time.monotonic()
         self._receive, self._lost = receive, lost
         self._session = secrets.token_hex(16)
@@ -139,11 +132,11 @@ class OwnerLink:
         self._lock, self._sending = threading.Lock(), threading.Lock()
         # Held while the connection is given up or made again after that.
         self._opening = threading.RLock()
-        self._socket: socket.socket | None = None
+        self._connection: TransportConnection | None = None
         self._subscription = m.Subscribe(events_after=0)
         self._events_after, self._last_event = events_after, 0
         self._closed = False
-        self.maker = Maker(f"the connection to arm {name}", "connect() in this one, too")
+        self.maker = Maker(f"the connection to arm {self.name}", "connect() in this one, too")
         self._failure: OwnerLostError | None = None
         self._reproach: Exception | None = None
         self.welcome: m.Welcome
@@ -154,9 +147,9 @@ class OwnerLink:
         """Leave the connection to the parent of this process, which was forked from it."""
         self._closed = True
         # Not shut down, which would end the connection of the parent.
-        if self._socket is not None:
-            self._socket.close()
-        self._socket = self._reader = None
+        if self._connection is not None:
+            self._connection.close()
+        self._connection = self._reader = None
         # Each may have been held by a thread that this process does not have.
         self._lock, self._sending = threading.Lock(), threading.Lock()
         self._opening = threading.RLock()
@@ -168,16 +161,16 @@ class OwnerLink:
             OwnerLostError: No owner of that name runs, or it does not answer.
             ProtocolError: It speaks another version.
         """
-        frames, waiting = self._connect()
+        waiting = self._connect()
         newest = self.welcome.last_event
         self._last_event = newest if self._events_after is None else self._events_after
         self._subscribe()
-        self._start_reading(frames, waiting)
+        self._start_reading(waiting)
 
-    def _start_reading(self, frames: framing.MessageSplitter, waiting: list[m.FromOwner]) -> None:
+    def _start_reading(self, waiting: list[m.FromOwner]) -> None:
         self._reader = threading.Thread(
             target=self._read,
-            args=(frames, waiting),
+            args=(waiting,),
             name=f"bioscara-link-{self.name}",
             daemon=True,
         )
@@ -223,7 +216,8 @@ class OwnerLink:
 
     def _subscribe(self) -> None:
         command = msgspec.structs.replace(self._subscription, events_after=self._last_event)
-        self._write(framing.packed(m.ClientRequest(id=next(self._numbers), command=command)))
+        request = m.ClientRequest(id=next(self._numbers), command=command)
+        self._write(self._transport.encoded(request))
 
     def request(
         self,
@@ -257,10 +251,10 @@ class OwnerLink:
             self.require_heard()
         timeout = _ANSWER_TIMEOUT if timeout is None else timeout
         request = m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch)
-        pending = _Pending(request, arrived)
+        pending = _Pending(request, self._transport.encoded, arrived)
         self._register(pending)
         try:
-            self._write(pending.data)
+            self._write(pending.data, urgent=isinstance(command, m.StopAll))
             come = self._wait(pending, timeout)
         except BaseException:
             # Without a callback the answer is of no use any more.
@@ -335,105 +329,86 @@ class OwnerLink:
             self._pending.pop(pending.request.id, None)
 
     def _reopen(self) -> None:
-        frames, waiting = self._connect()
+        waiting = self._connect()
         self._last_event = self.welcome.last_event
         with self._lock:
             self._failure = None
         self._subscribe()
-        self._start_reading(frames, waiting)
+        self._start_reading(waiting)
 
-    def _connect(self) -> tuple[framing.MessageSplitter, list[m.FromOwner]]:
-        """Return the frames after the greeting, and messages that came with it."""
-        path = find(self.name).socket
-        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
+    def _connect(self) -> list[m.FromOwner]:
+        """Connect and be greeted; return the messages that came with the greeting."""
+        connection: TransportConnection | None = None
         try:
-            connection.settimeout(PATIENCE)
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _SEND_TIMEOUT)
-            connection.connect(os.fspath(path))
-            self._require_process(connection)
+            connection = self._transport.connect(PATIENCE)
             hello = m.ClientHello(version=m.VERSION, client=self._client, session=self._session)
             # An owner that refuses this client says why, and may not read this.
             with suppress(BrokenPipeError, ConnectionResetError):
-                connection.sendall(framing.packed(hello))
-            frames = framing.MessageSplitter(framing.ANSWER_MAX)
-            messages: list[m.FromOwner] = []
-            while not messages:
-                data = connection.recv(_CHUNK)
-                if not data:
-                    raise OwnerLostError(f"the owner of arm {self.name} ended the connection")
-                messages = [framing.from_owner.decode(each) for each in frames.feed(data)]
-            connection.settimeout(None)
-        except (OSError, msgspec.DecodeError) as error:
-            connection.close()
-            raise OwnerLostError(
-                f"the owner of arm {self.name} cannot be reached: {error}"
-            ) from error
-        except BaseException:
-            connection.close()
+                connection.send(self._transport.encoded(hello))
+            greeting, *messages = connection.receive()
+            if isinstance(greeting, m.RequestFailed):
+                raise error_of(greeting.failure)
+            if not isinstance(greeting, m.Welcome):
+                raise ProtocolError(f"the owner of arm {self.name} does not greet")
+            connection.greeted()
+        except BaseException as error:
+            if connection is not None:
+                connection.close()
+            if isinstance(error, OSError | msgspec.DecodeError):
+                raise OwnerLostError(
+                    f"the owner of arm {self.name} cannot be reached: {error}"
+                ) from error
             raise
-        greeting = messages.pop(0)
-        if isinstance(greeting, m.RequestFailed):
-            connection.close()
-            raise error_of(greeting.failure)
-        if not isinstance(greeting, m.Welcome):
-            connection.close()
-            raise ProtocolError(f"the owner of arm {self.name} does not greet")
-        self._socket, self.welcome = connection, greeting
+        self._connection, self.welcome = connection, greeting
         self._heard = time.monotonic()
-        return frames, messages
+        return messages
 
-    def _require_process(self, connection: socket.socket) -> None:
-        """Raise OwnerLostError if the owner is another process than it has to be."""
-        # Of the process that listens: the kernel knows it, whoever has the name meanwhile.
-        credentials = connection.getsockopt(
-            socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size
-        )
-        pid, _, _ = _CREDENTIALS.unpack(credentials)
-        if self._pid not in (None, pid):
-            raise OwnerLostError(
-                f"the owner of arm {self.name} is process {pid}, and not process {self._pid}, "
-                "which this program has started"
-            )
-
-    def _write(self, data: bytes) -> None:
+    def _write(self, data: bytes, *, urgent: bool = False) -> None:
+        """Send a message; an urgent one does not wait for others."""
+        connection = self._connection
+        if connection is None:
+            return
+        if not urgent:
+            connection.wait_turn(len(data))
         with self._sending:
-            connection = self._socket
-            if connection is None:
+            if connection is not self._connection:
+                # Its answer is asked for on the new one.
                 return
             try:
-                connection.sendall(data)
+                connection.send(data)
             except BaseException as error:
                 # A part may have been sent, which nothing may follow. The reader notices this,
                 # connects again and asks for the answers that were missed.
                 with suppress(OSError):
-                    connection.shutdown(socket.SHUT_RDWR)
+                    connection.end()
                 if not isinstance(error, OSError):
                     raise
 
-    def _read(self, frames: framing.MessageSplitter, waiting: list[m.FromOwner]) -> None:
+    def _read(self, waiting: list[m.FromOwner]) -> None:
         while not self._closed:
             for message in waiting:
                 self._take(message)
-            waiting = []
             try:
-                connection = self._socket
-                data = b"" if connection is None else connection.recv(_CHUNK)
-                if data:
+                connection = self._connection
+                if connection is not None:
+                    waiting = connection.receive()
                     self._heard = time.monotonic()
-                    waiting = [framing.from_owner.decode(each) for each in frames.feed(data)]
                     continue
-            except (OSError, msgspec.DecodeError, ProtocolError):
+            except AccessError as error:
+                self._fail(OwnerLostError(str(error)))
+                return
+            except (OSError, msgspec.DecodeError, OwnerError):
                 pass
             if self._closed:
                 break
             try:
-                frames, waiting = self._resume()
+                waiting = self._resume()
             except BioscaraError as error:
                 self._fail(OwnerLostError(str(error)))
                 return
         self._drop()
 
-    def _resume(self) -> tuple[framing.MessageSplitter, list[m.FromOwner]]:
+    def _resume(self) -> list[m.FromOwner]:
         """Connect again, and ask for the answers that were missed.
 
         Raises:
@@ -443,12 +418,13 @@ class OwnerLink:
         self._drop()
         while True:
             try:
-                frames, waiting = self._connect()
+                waiting = self._connect()
                 break
-            except OwnerError:
-                if self._closed or time.monotonic() >= end:
+            except OwnerError as error:
+                final = self._closed or time.monotonic() >= end
+                if final or isinstance(error, AccessError):
                     raise
-                time.sleep(_PAUSE)
+                time.sleep(self._transport.pause)
         if self.welcome.instance != instance:
             self._drop()
             raise OwnerLostError(
@@ -471,8 +447,8 @@ class OwnerLink:
             number = next(self._numbers)
             self._recalls[number] = pending.request.id
             recall = m.ClientRequest(id=number, command=m.Recall(request=pending.request.id))
-            self._write(framing.packed(recall))
-        return frames, waiting
+            self._write(self._transport.encoded(recall))
+        return waiting
 
     def _take(self, message: m.FromOwner) -> None:
         if isinstance(message, m.Response | m.RequestFailed):
@@ -529,11 +505,11 @@ class OwnerLink:
                 _log.error("a callback of arm %s has failed", self.name, exc_info=failed)
 
     def _drop(self) -> None:
-        connection, self._socket = self._socket, None
+        connection, self._connection = self._connection, None
         if connection is not None:
             with suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
-            # Another thread may be sending, which the shutdown has ended.
+                connection.end()
+            # Another thread may be sending, which this has ended.
             with self._sending:
                 connection.close()
 

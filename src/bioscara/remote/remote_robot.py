@@ -47,6 +47,7 @@ from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_controllers import RemoteControllers
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
+from bioscara.remote.transport import Transport
 from bioscara.robot.arm_methods import ArmMethods, Glance, condition
 from bioscara.robot.call_log import called, flush, log, logged, refused
 from bioscara.robot.connection import exit_guard
@@ -73,7 +74,8 @@ _EARLY = 64
 class RemoteRobot(ArmMethods):
     """An arm that another process owns.
 
-    Created by ``Robot.connect("arm:NAME")``. :meth:`open` connects to the owner, and nothing moves;
+    Created by ``Robot.connect("arm:NAME")``, or with the address of its gateway,
+    ``Robot.connect("https://HOST:8080")``. :meth:`open` connects to the owner, and nothing moves;
     :meth:`close` stops the program's motions and leaves the arm as it is. However the program ends,
     its motions are stopped. The first command takes the lease: only one program commands the arm at
     a time, any may look and :meth:`stop`. It waits until the motion of an ended program is at rest.
@@ -84,9 +86,8 @@ class RemoteRobot(ArmMethods):
     connection is broken, calls wait for it up to 5 s.
 
     Args:
-        name: Name of the arm's owner.
+        owner: Name of the arm's owner, or the way to it.
         lost: Called in the connection's thread when the owner has ended or was restarted.
-        pid: Process of the owner, which no other one may be; None for any.
         silence: Time without anything from the owner after which calls fail [s], for a program that
             receives samples of the controllers; None to wait for each answer.
         timeout: Longest time for which :meth:`open` waits until the owner runs [s].
@@ -99,16 +100,16 @@ class RemoteRobot(ArmMethods):
 
     def __init__(
         self,
-        name: str,
+        owner: str | Transport,
         *,
         lost: Callable[[OwnerLostError], object] | None = None,
-        pid: int | None = None,
         silence: float | None = None,
         timeout: float = 0.0,
     ) -> None:
-        self._name, self._lost = name, lost
+        self._lost = lost
         self._timeout = _timeout(timeout)
-        self._link = OwnerLink(name, self._receive, self._owner_lost, pid=pid, silence=silence)
+        self._link = OwnerLink(owner, self._receive, self._owner_lost, silence=silence)
+        self._name = self._link.name
         self._lease = LeaseKeeper(self._link)
         self._operations: dict[int, RemoteOperation[Any]] = {}
         self._early: OrderedDict[int, list[m.Event | m.GoalCycle]] = OrderedDict()

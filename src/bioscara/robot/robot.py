@@ -29,7 +29,7 @@ from bioscara.robot.call_log import called, flush, log, logged, refused
 from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
-from bioscara.robot.openers import OPENERS
+from bioscara.robot.openers import OPENERS, ConnectOptions
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.motions.follow_trajectory import FollowTrajectory, checked
 from bioscara.robot.operations.motions.jog import Jog, Velocity
@@ -155,35 +155,47 @@ class Robot(ArmMethods):
         evidence: Path | str = FAULTS,
         reduced_speed: bool = True,
         timeout: float = 0.0,
+        token: str | None = None,
+        ca_file: Path | str | None = None,
+        fingerprint: str | None = None,
     ) -> ArmMethods:
         """Return the arm on the bus of this name, or the one that another process owns.
 
         Args:
             name: ``linux:1``, ``linux:/dev/i2c-1``, ``sim`` for :meth:`simulated`, or
                 ``sim:/path.sock`` for an arm that ``bioscara simulate`` runs; or ``arm:NAME`` for
-                one that ``bioscara serve`` owns, whose owner decides all the following: a
-                ``bioscara.RemoteRobot``.
+                one that ``bioscara serve`` owns, or ``https://HOST:PORT``, the address of its
+                gateway, which ``bioscara web`` runs. These are a ``bioscara.RemoteRobot``, and
+                their owner decides what follows up to ``reduced_speed``.
             parameters: Parameters of the arm; by default the committed ones, with the overlay that
                 the environment variable ``BIOSCARA_PARAMETERS`` names, if any.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             reduced_speed: Whether the tool keeps to 250 mm/s.
-            timeout: Longest time for which :meth:`open` waits until the owner of ``arm:NAME`` runs
-                [s].
+            timeout: Longest time for which :meth:`open` waits until the owner runs [s].
+            token: Token of the gateway; None for that of the environment variable
+                ``BIOSCARA_TOKEN``.
+            ca_file: File with the certificates, as PEM, of the authorities that are trusted for the
+                gateway; None for those of the system.
+            fingerprint: SHA-256 fingerprint of the gateway's certificate, which is trusted in place
+                of authorities, as ``bioscara web --tls-self-signed`` prints it.
 
         Raises:
-            InvalidArgumentError: There is no bus of that name, or an argument is the owner's.
-            ConfigurationError: The overlay cannot be used.
+            InvalidArgumentError: There is no bus of that name, an argument is the owner's, or one
+                of a gateway cannot be used.
+            ConfigurationError: The overlay or ``ca_file`` cannot be used.
+            NotSupportedError: A package that a gateway needs is missing.
         """
-        prefix, _, rest = name.partition(":") if isinstance(name, str) else ("", "", "")
+        prefix = name.partition(":")[0] if isinstance(name, str) else ""
+        access = ConnectOptions(timeout, token, ca_file, fingerprint)
         if (opener := OPENERS.get(prefix)) is not None:
             if (parameters, rate, evidence, reduced_speed) != (None, None, FAULTS, True):
                 raise InvalidArgumentError(
                     f"{name}: its owner has the parameters, the rate, the folder of evidence and "
                     "the speed limit; leave them out, and set robot.reduced_speed when connected"
                 )
-            return opener(rest, timeout)
-        if prefix == "arm":
+            return opener(name, access)
+        if prefix in {"arm", "http", "https"}:
             raise InvalidArgumentError(
                 f"{name}: this Robot knows no owners; import it from bioscara: "
                 "'from bioscara import Robot'"
@@ -191,6 +203,11 @@ class Robot(ArmMethods):
         if number("timeout", timeout, infinite=True) != 0.0:
             raise InvalidArgumentError(
                 f"timeout {timeout!r} is for an owner, arm:NAME; a bus is there or is not"
+            )
+        if access.of_gateway:
+            raise InvalidArgumentError(
+                f"{access.of_gateway[0]} is for the address of a gateway, https://HOST:PORT; leave "
+                "it out for a bus"
             )
         return cls.on_bus(
             name, parameters, rate=rate, evidence=evidence, reduced_speed=reduced_speed

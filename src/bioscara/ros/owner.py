@@ -10,6 +10,7 @@ from typing import TypeVar
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, LeaseError, OwnerLostError
 from bioscara.remote.lease_keeper import TIME_TO_LIVE
+from bioscara.remote.owner_socket import OwnerSocket
 from bioscara.remote.remote_robot import RemoteRobot
 
 T = TypeVar("T")
@@ -177,7 +178,9 @@ class OwnerConnection:
                 self._waiting.wait_for(lambda: self._closed or self._lost is not None, _RETRY)
 
     def _find(self) -> None:
-        robot = RemoteRobot(self.name, lost=self._note_loss, pid=self._pid, silence=SILENCE)
+        robot = RemoteRobot(
+            OwnerSocket(self.name, self._pid), lost=self._note_loss, silence=SILENCE
+        )
         try:
             robot.open()
             robot.controllers.subscribe(self._take)

@@ -165,7 +165,7 @@ class Served:
 
     def __init__(self, robot: Robot, settings: ServeSettings) -> None:
         self.robot, self._settings = robot, settings
-        self._claim = OwnerClaim(settings.name, settings.bus)
+        self._claim = OwnerClaim(settings.name, settings.bus, shared=bool(settings.group))
         self._ready = threading.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ended: asyncio.Event | None = None

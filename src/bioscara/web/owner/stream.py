@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator
 
 from bioscara.api import framing, runtime
-from bioscara.errors import OwnerLostError
+from bioscara.errors import AccessError, OwnerLostError
 
 _CHUNK = 1 << 16
 
@@ -28,11 +28,19 @@ class OwnerStream:
         path = runtime.find(arm).socket
         try:
             # The limit is that of bytes that wait here: the owner leaves samples out beyond it.
-            return cls(*await asyncio.open_unix_connection(path, limit=_CHUNK))
+            reader, writer = await asyncio.open_unix_connection(path, limit=_CHUNK)
+            try:
+                runtime.require_trusted(writer.get_extra_info("socket"), path)
+            except BaseException:
+                writer.close()
+                raise
         except OSError as error:
             raise OwnerLostError(
                 f"the owner of arm {arm} cannot be reached: {error.strerror}"
             ) from error
+        except AccessError as error:
+            raise OwnerLostError(str(error)) from error
+        return cls(reader, writer)
 
     async def send(self, message: bytes) -> None:
         """Send a message; returns when the owner has taken most of the bytes.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share_served
 
 
 def arguments(parser: Parser) -> None:
-    share(parser, "--arm")
+    share_served(parser)
 
 
 def run(options: Options, output: Output) -> None:
@@ -18,10 +18,10 @@ def run(options: Options, output: Output) -> None:
         LeaseError: Another client commands the arm.
     """
     from bioscara.api import messages as m
-    from bioscara.cli.owner_link import asked, linked, owner_name
+    from bioscara.cli.owner_link import asked, linked, owner_of
     from bioscara.remote import RemoteRobot
 
-    name = owner_name(options)
+    name = owner_of(options)
     with linked(name) as link:
         unconfirmed = asked(link, m.GetWorkspace(), m.WorkspaceState).unconfirmed
     if unconfirmed:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.parser import Options, Parser, whole_number
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share, share_served
 from bioscara.errors import OwnerLostError
 
 if TYPE_CHECKING:
@@ -20,7 +20,8 @@ _POLL = 0.1
 
 
 def arguments(parser: Parser) -> None:
-    share(parser, "--arm", "--follow")
+    share_served(parser)
+    share(parser, "--follow")
     parser.add_argument(
         "--after", metavar="N", type=whole_number, default=0, help="only those after this number"
     )
@@ -30,7 +31,7 @@ def arguments(parser: Parser) -> None:
 def run(options: Options, output: Output) -> ExitStatus:
     """List what happened to an arm."""
     from bioscara.api import messages as m
-    from bioscara.cli.owner_link import owner_name
+    from bioscara.cli.owner_link import owner_of
     from bioscara.cli.signals import StopRequest
     from bioscara.remote.link import OwnerLink
 
@@ -40,7 +41,7 @@ def run(options: Options, output: Output) -> ExitStatus:
         if isinstance(message, m.Event):
             arrived.put(message)
 
-    link = OwnerLink(owner_name(options), receive, arrived.put, events_after=options.after)
+    link = OwnerLink(owner_of(options), receive, arrived.put, events_after=options.after)
     with StopRequest() as cancelled, closing(link):
         link.open()
         last = link.welcome.last_event

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share_served
 
 
 def arguments(parser: Parser) -> None:
-    share(parser, "--arm")
+    share_served(parser)
     parser.add_argument(
         "--end",
         action="store_true",
@@ -19,9 +19,9 @@ def arguments(parser: Parser) -> None:
 def run(options: Options, output: Output) -> None:
     """Name the client that commands an arm, or end its lease."""
     from bioscara.api import messages as m
-    from bioscara.cli.owner_link import asked, linked, owner_name
+    from bioscara.cli.owner_link import asked, linked, owner_of
 
-    name = owner_name(options)
+    name = owner_of(options)
     with linked(name) as link:
         lease = asked(link, m.GetLease(), m.LeaseState).lease
         if lease.client is None:

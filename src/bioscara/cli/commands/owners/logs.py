@@ -6,7 +6,7 @@ import time
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share, share_served
 
 _POLL = 0.1
 """Period in which a wait looks for Ctrl-C [s]."""
@@ -15,16 +15,17 @@ _PERIOD = 0.5
 
 
 def arguments(parser: Parser) -> None:
-    share(parser, "--arm", "--follow")
+    share_served(parser)
+    share(parser, "--follow")
 
 
 def run(options: Options, output: Output) -> None:
     """List the log of the process that owns an arm."""
     from bioscara.api import messages as m
-    from bioscara.cli.owner_link import asked, linked, owner_name
+    from bioscara.cli.owner_link import asked, linked, owner_of
     from bioscara.cli.signals import StopRequest
 
-    with StopRequest() as cancelled, linked(owner_name(options)) as link:
+    with StopRequest() as cancelled, linked(owner_of(options)) as link:
         last, due = 0, 0.0
         while not cancelled() and output.problem is None:
             if (now := time.monotonic()) >= due:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share_served
 from bioscara.errors import LeaseError
 
 
 def arguments(parser: Parser) -> None:
-    share(parser, "--arm")
+    share_served(parser)
 
 
 def run(options: Options, output: Output) -> None:
@@ -19,9 +19,9 @@ def run(options: Options, output: Output) -> None:
         LeaseError: Others have paused, and another client commands the arm.
     """
     from bioscara.api import messages as m
-    from bioscara.cli.owner_link import asked, author, linked, owner_name
+    from bioscara.cli.owner_link import asked, author, linked, owner_of
 
-    name = owner_name(options)
+    name = owner_of(options)
     with linked(name, author()) as link:
         if not asked(link, m.GetState(), m.StateSample).paused:
             output.line(f"{name} is not paused")

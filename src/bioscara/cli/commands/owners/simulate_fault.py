@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share_served
 from bioscara.errors import InvalidArgumentError
 from bioscara.sim.bench import FAULTS, BenchFault
 
@@ -21,7 +21,7 @@ def arguments(parser: Parser) -> None:
         nargs="*",
         help="its arguments: a joint, as j3, and a value",
     )
-    share(parser, "--arm")
+    share_served(parser)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n".join(["faults:", *kinds(), "", parser.epilog or "", ""])
 
@@ -35,9 +35,9 @@ def run(options: Options, output: Output) -> None:
             there are several arms, and none is named.
     """
     from bioscara.api import messages as m
-    from bioscara.cli.owner_link import asked, linked, owner_name
+    from bioscara.cli.owner_link import asked, linked, owner_of
 
-    name = owner_name(options)
+    name = owner_of(options)
     joint, value = _words(options.fault, options.values)
     with linked(name) as link:
         link.request(m.SimulateFault(options.fault, joint, value))

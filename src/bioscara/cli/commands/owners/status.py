@@ -6,23 +6,23 @@ import math
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share_served
 
 _WARNINGS = 3
 """Number of warnings that are shown."""
 
 
 def arguments(parser: Parser) -> None:
-    share(parser, "--arm")
+    share_served(parser)
 
 
 def run(options: Options, output: Output) -> None:
     """Describe an arm, its activity and the client that commands it."""
     from bioscara.api import messages as m
     from bioscara.api.values import warnings_of
-    from bioscara.cli.owner_link import asked, linked, owner_name, state_words
+    from bioscara.cli.owner_link import asked, linked, owner_of, state_words
 
-    name = owner_name(options)
+    name = owner_of(options)
     with linked(name) as link:
         described = asked(link, m.GetDescription(), m.Description)
         state = asked(link, m.GetState(), m.StateSample)
