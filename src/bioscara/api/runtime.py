@@ -361,7 +361,7 @@ def _entries(path: Path) -> list[OwnerEntry]:
 
 
 def require_trusted(connection: socket.socket, path: Path) -> int:
-    """Check who listens at the socket of an owner, before anything is sent; return its process.
+    """Check the process that listens at the socket of an owner, before anything is sent; return it.
 
     The process that listens has to be one of root, of this user, or of the user to whom the folder
     of the socket belongs: others, such as a member of a group that may write there, could have put

@@ -23,7 +23,7 @@ class TransportConnection(Protocol):
         Raises:
             AccessError: The other end has ended it, and connecting again does not help.
             OSError: It has ended, or nothing came before :meth:`greeted`.
-            OwnerError, msgspec.DecodeError: It has ended, or what came cannot be used.
+            OwnerError, msgspec.DecodeError: It has ended, or a message cannot be used.
         """
 
     def wait_turn(self, size: int) -> None:
@@ -61,7 +61,7 @@ class Transport(Protocol):
                 message [s].
 
         Raises:
-            AccessError: Who answers is not to be trusted, or refuses this program.
+            AccessError: The answering process is not to be trusted, or refuses this program.
             OwnerLostError: None runs, or it does not answer.
             ProtocolError: It is no owner.
             OSError: The connection broke.

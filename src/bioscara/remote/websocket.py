@@ -24,7 +24,7 @@ _CHUNK = 1 << 16
 _UNIT = 64 << 10
 """A gateway counts a longer message as several: one for each so many bytes."""
 _RATE = 100.0
-"""Messages that are sent in a second, and at once; half of what a gateway takes, as the network may
+"""Messages that are sent in a second, and at once; half the rate of a gateway, as the network may
 hold some up and deliver them together, and a stop must not wait."""
 _AGAIN = frozenset({1000, 1001, 1006, 1011, 1012, 1013})
 """Codes after which it may be tried to connect again."""
@@ -40,7 +40,7 @@ _log.setLevel(logging.ERROR)
 class WebSocketConnection:
     """A WebSocket to a gateway; a ``TransportConnection``.
 
-    One lock serves the protocol and TLS, which threads must not use at once; nobody waits in it.
+    One lock serves the protocol and TLS, which threads must not use at once; no thread waits in it.
 
     Args:
         connection: Connected to the gateway, with TLS if it has it.

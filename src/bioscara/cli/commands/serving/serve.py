@@ -165,7 +165,7 @@ def run(options: Options, output: Output) -> None:
     log.set_up(as_json=options.json)
     # While the arm is connected.
     start_early(MODULES)
-    claim = OwnerClaim(settings.name, settings.bus, shared=settings.group is not None)
+    claim = OwnerClaim(settings.name, settings.bus, shared=bool(settings.group))
 
     def ready(owner: Owner) -> None:
         output.line(f"arm: {owner.robot.description}")
