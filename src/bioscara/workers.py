@@ -53,19 +53,30 @@ class _Nursery:
         self._asking = threading.Lock()
         self._control: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
+        self._former: list[subprocess.Popen[bytes]] = []
+        self._child = 0
         self._modules: tuple[str, ...] = ()
         atexit.register(self._forget)
 
     def adopt(self, control: socket.socket) -> None:
         """Use the nursery from which this process came."""
+        # That of the process from which the nursery was copied may be taken.
+        self._asking = threading.Lock()
         self._control = control
 
-    def start(self, modules: Sequence[str] = ()) -> None:
-        """Begin to import modules; returns at once, and does nothing if that has begun already."""
+    def start(self, modules: Sequence[str] = (), *, fork: bool = False) -> None:
+        """Begin to import modules; returns at once, and does nothing if that has begun already.
+
+        Args:
+            modules: Their names.
+            fork: Whether the nursery is a copy of this process, which has most of the modules,
+                unless that has several threads. Only for a program that has opened nothing yet.
+        """
         with self._asking:
             more = [each for each in modules if each not in self._modules]
             self._modules = (*self._modules, *more)
-            self._started(anew=bool(more))
+            if more:
+                self._begin(fork=fork and threading.active_count() == 1)
 
     def spawn(
         self, function: Callable[..., object], *args: Any, sockets: Sequence[socket.socket]
@@ -91,21 +102,44 @@ class _Nursery:
 
     def _started(self, *, anew: bool = False) -> socket.socket:
         if self._control is None or anew:
-            self._forget()
-            self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-            with theirs:
-                # The interpreter of a child forks in one thread: those of BLAS would be lost.
-                self._process = subprocess.Popen(  # noqa: S603  this program
-                    [sys.executable, "-m", _MODULE, str(theirs.fileno()), *self._modules],
-                    pass_fds=[theirs.fileno()],
-                    env={
-                        **os.environ,
-                        "OPENBLAS_NUM_THREADS": "1",
-                        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
-                    },
-                    stdin=subprocess.DEVNULL,
-                )
+            return self._begin(fork=False)
         return self._control
+
+    def _begin(self, *, fork: bool) -> socket.socket:
+        self._forget()
+        self._control, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with theirs:
+            if fork:
+                self._fork(self._control, theirs)
+            else:
+                self._process = self._executed(theirs)
+        return self._control
+
+    def _fork(self, ours: socket.socket, theirs: socket.socket) -> None:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        self._child = os.fork()
+        if self._child == 0:
+            try:
+                ours.close()
+                with Path(os.devnull).open("rb") as nothing:
+                    os.dup2(nothing.fileno(), 0)
+                _nurse(theirs, self._modules)
+            finally:
+                os._exit(0)
+
+    def _executed(self, theirs: socket.socket) -> subprocess.Popen[bytes]:
+        # Those that fork from it would miss the threads of BLAS.
+        return subprocess.Popen(  # noqa: S603  this program
+            [sys.executable, "-m", _MODULE, str(theirs.fileno()), *self._modules],
+            pass_fds=[theirs.fileno()],
+            env={
+                **os.environ,
+                "OPENBLAS_NUM_THREADS": "1",
+                "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+            },
+            stdin=subprocess.DEVNULL,
+        )
 
     def _forget(self) -> None:
         """Let it end, if this process has begun it and no other one uses it."""
@@ -113,9 +147,17 @@ class _Nursery:
             self._control.close()
             self._control = None
         if self._process is not None:
-            with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_PATIENCE)
+            # Those that came from it may go on for a while, and it with them.
+            self._former.append(self._process)
             self._process = None
+        for process in self._former[:]:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_PATIENCE)
+                self._former.remove(process)
+        if self._child:
+            with suppress(ChildProcessError):
+                os.waitpid(self._child, os.WNOHANG)
+            self._child = 0
 
 
 _nursery = _Nursery()
@@ -123,13 +165,17 @@ start_early, spawn = _nursery.start, _nursery.spawn
 
 
 def main() -> None:
+    """Be the nursery of a process that has executed this module for that."""
+    _nurse(socket.socket(fileno=int(sys.argv[1])), sys.argv[2:])
+
+
+def _nurse(listener: socket.socket, modules: Sequence[str]) -> None:
     """Import modules, then fork a process for each request, until no process can ask any more."""
-    listener = socket.socket(fileno=int(sys.argv[1]))
     # Ctrl-C is for the process that asks, which then ends its workers.
     for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(each, signal.SIG_IGN)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no process waits for them
-    for module in sys.argv[2:]:
+    for module in modules:
         importlib.import_module(module)
     gc.freeze()
     while True:
@@ -149,7 +195,7 @@ def _begin(request: bytes, files: Sequence[int]) -> NoReturn:
     status = 1
     try:
         control, *sockets = [socket.socket(fileno=file) for file in files]
-        # That of the module, not of this program, which has the module's code under another name.
+        # That of the module: this program may have its code under another name.
         importlib.import_module(_MODULE)._nursery.adopt(control)  # noqa: SLF001
         function, args = pickle.loads(request)  # noqa: S301  of our process
         function(*sockets, *args)

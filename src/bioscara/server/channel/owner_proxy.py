@@ -300,7 +300,7 @@ class OwnerProxy(asyncio.Protocol):
     async def _asked_once(self, session: str, command: Any) -> msgspec.Raw:
         """Return the answer to a question, which waits for its turn once for all that ask it."""
         key = framing.encode_packed(command)
-        asking = self._asked.get(key)
+        asking = None if session == self._holder else self._asked.get(key)
         if asking is None:
             asking = self._loop.create_task(self._asked_in_turn(session, key, command))
             self._asked[key] = asking
@@ -311,10 +311,11 @@ class OwnerProxy(asyncio.Protocol):
 
     async def _asked_in_turn(self, session: str, key: bytes, command: Any) -> msgspec.Raw:
         try:
-            await self._budget.turn(session, _SLOW if getattr(command, "slow", False) else 1.0)
+            if session != self._holder:
+                await self._budget.turn(session, _SLOW if getattr(command, "slow", False) else 1.0)
         finally:
             # Those that come from now on get a newer answer.
-            del self._asked[key]
+            self._asked.pop(key, None)
         if isinstance(command, c.AskPlanningStart):
             return await self._call(c.AskPlanningStart)
         return await self._call(

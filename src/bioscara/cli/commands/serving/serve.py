@@ -144,6 +144,8 @@ def run(options: Options, output: Output) -> None:
     from bioscara.server.serve import ServeSettings, serve
     from bioscara.workers import start_early
 
+    # First: nothing is open yet, and no thread runs.
+    start_early(MODULES, fork=True)
     parameters = parameters_from(options)
     settings = ServeSettings(
         name=options.name,
@@ -163,8 +165,6 @@ def run(options: Options, output: Output) -> None:
             "--real-time-factor applies only to the arm simulated in this process"
         )
     log.set_up(as_json=options.json)
-    # While the arm is connected.
-    start_early(MODULES)
     claim = OwnerClaim(settings.name, settings.bus, shared=bool(settings.group))
 
     def ready(owner: Owner) -> None:

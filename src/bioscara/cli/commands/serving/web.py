@@ -97,7 +97,11 @@ def run(options: Options, output: Output) -> None:
     from bioscara.robot.tasks.scope import Scope
     from bioscara.server import log
     from bioscara.web.gateway import Gateway, GatewaySettings
+    from bioscara.web.routes.dashboard.work import MODULES
+    from bioscara.workers import start_early
 
+    # First: nothing is open yet, and no thread runs.
+    start_early(MODULES, fork=True)
     arm = owner_name(options)
     settings = GatewaySettings(
         arm,

@@ -18,7 +18,7 @@ from bioscara.web.access.guard import Credential, requester
 from bioscara.web.routes.http import HttpError
 from bioscara.workers import WorkerPool, start_early
 
-_MODULES = (
+MODULES = (
     "bioscara.dashboard.clearance",
     "bioscara.dashboard.model",
     "bioscara.dashboard.parameters",
@@ -44,7 +44,7 @@ class Work:
     """
 
     def __init__(self) -> None:
-        start_early(_MODULES)
+        start_early(MODULES)
         self._pools = {
             views: WorkerPool(name, 1, memory=_MEMORY, nice=_NICE, each=_EACH, most=_MOST)
             for views, name in ((True, "viewers"), (False, "operators"))
