@@ -23,11 +23,11 @@ from bioscara.printing import brief, printable
 _CHUNK = 1 << 16
 _UNIT = 64 << 10
 """A gateway counts a longer message as several: one for each so many bytes."""
-_RATE = 100.0
+_RATE = 80.0
 """Messages that are sent in a second, and at once; half the rate of a gateway, as the network may
 hold some up and deliver them together, and a stop must not wait."""
-_AGAIN = frozenset({1000, 1001, 1006, 1011, 1012, 1013})
-"""Codes after which it may be tried to connect again."""
+_AGAIN = frozenset({1000, 1001, 1006, 1011, 1012})
+"""Codes after which it may be tried to connect again; not 1013, of a gateway that is full."""
 _REFUSED = {401, 403, 421}
 """Status of answers that do not change when the request is repeated."""
 _LATER = {429, 503}

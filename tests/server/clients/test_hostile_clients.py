@@ -134,7 +134,7 @@ def test_half_a_message_and_silence_is_cut_off_in_time() -> None:
         client.send_bytes(struct.pack(">I", 200) + b"half")
         begin = time.monotonic()
         assert client.ended()
-        assert 0.5 < time.monotonic() - begin < 3.0
+        assert 3.0 < time.monotonic() - begin < 8.0
 
 
 @pytest.mark.parametrize("size", [(1 << 31) - 1, (1 << 32) - 1, framing.REQUEST_MAX + 1])

@@ -261,10 +261,11 @@ class _Channel(asyncio.Protocol):
         client = self._clients.get(state.session)
         if client is None:
             return
-        client.connected, client.gone = state.connected, state.gone
+        # Of a session that is forgotten nothing more can come.
+        client.connected, client.gone = state.connected, state.gone or state.forgotten
         if state.forgotten:
             del self._clients[state.session]
-        if state.gone:
+        if client.gone:
             self._owner.expire()
 
     def _handle(self, request: c.Handle) -> None:

@@ -28,7 +28,7 @@ from bioscara.server.clients.client import Encoded
 from bioscara.server.clients.crowd import Crowd, Share
 from bioscara.server.clients.peer import Peer
 
-HELLO_TIMEOUT = 2.0
+HELLO_TIMEOUT = 5.0
 """Time in which a client has to introduce itself [s]."""
 PENDING = 64
 """Number of requests of one connection in work above which slow ones are refused."""
