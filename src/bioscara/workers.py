@@ -451,6 +451,9 @@ def _serve(other: socket.socket, memory: int, nice: int) -> None:
     connection.send_bytes(os.getpid().to_bytes(8, "big"))
     if nice:
         os.nice(nice)
+    # Where memory is short, this process is the first to end, and not the one that moves the arm.
+    with suppress(OSError):
+        Path("/proc/self/oom_score_adj").write_text("1000")
     limit = _data_size() + memory * _MEBIBYTE
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
     while True:

@@ -14,6 +14,7 @@ from bioscara.scheduling import wake_on_time
 from bioscara.server.channel import channel_messages as c
 from bioscara.server.channel.owner_proxy import OwnerProxy
 from bioscara.server.clients.api_server import ApiServer
+from bioscara.server.log_limit import LogLimit
 
 MODULES = (__name__,)
 """Modules that the processes of an owner import before they fork."""
@@ -29,6 +30,8 @@ class _LogLines(logging.Handler):
     def __init__(self, link: OwnerProxy) -> None:
         super().__init__()
         self._link = link
+        # Here, too: a line of a hostile client must not cost the owner a message each.
+        self.addFilter(LogLimit())
 
     def emit(self, record: logging.LogRecord) -> None:
         """Pass a line on; called in the thread of the clients."""

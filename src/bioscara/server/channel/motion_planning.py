@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 _TIMEOUT = 30.0
 """Longest time of a plan [s]: to check a trajectory of 80 minutes takes as long."""
-_MEMORY = 1024
+_MEMORY = 512
 """Memory that a plan may take [MiB]."""
 
 

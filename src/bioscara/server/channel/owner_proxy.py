@@ -32,7 +32,7 @@ PLANS, PLAN_BYTES = 32, 64 << 20
 """Plans that are kept, and their memory [byte]."""
 _PLANNING, _READING = 30.0, 5.0
 """Longest time of a plan, and of another answer of a worker [s]."""
-_WORKERS, _MEMORY, _NICE = 2, 512, 10
+_WORKERS, _MEMORY, _NICE = 2, 256, 10
 """Processes for the questions of all clients, the memory of a question [MiB], and how far they give
 way to the control loop."""
 _EACH, _MOST = 8, 64
