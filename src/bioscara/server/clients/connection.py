@@ -546,7 +546,8 @@ class Connection(asyncio.Protocol):
         asyncio.get_running_loop().call_soon(self._pump)
 
     @property
-    def _ending(self) -> bool:
+    def ending(self) -> bool:
+        """Whether it has ended, or is being closed."""
         return self._transport is None or self._transport.is_closing()
 
     def wants(self, kind: type[AnySample]) -> bool:
@@ -569,7 +570,7 @@ class Connection(asyncio.Protocol):
         """
         subscription = self._subscriptions[kind]
         # The client may have got it already, after it had read the samples before.
-        if self._ending or time < subscription.due or cycle == subscription.sent:
+        if self.ending or time < subscription.due or cycle == subscription.sent:
             return
         subscription.due = time + 0.999 * subscription.period
         if self._full or subscription.full:
@@ -585,7 +586,7 @@ class Connection(asyncio.Protocol):
 
     def _pump(self) -> None:
         for _ in range(_EVENTS):
-            if self._cursor is None or self._full or self._ending:
+            if self._cursor is None or self._full or self.ending:
                 return
             event = self._owner.events.after(self._cursor)
             if event is None:

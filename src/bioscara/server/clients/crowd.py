@@ -49,7 +49,8 @@ class Crowd:
 
     def make_room(self) -> None:
         """Close the oldest connection for STOP, if all of these are taken."""
-        reserved = [each for each in self.connections if each.only_stop]
+        # Many may come in one turn of the loop, before those that were closed are gone.
+        reserved = [each for each in self.connections if each.only_stop and not each.ending]
         if len(reserved) >= RESERVED:
             min(reserved, key=lambda each: each.number).cut_off("a newer one has its place")
 
