@@ -72,13 +72,13 @@ async def _serve(channel: socket.socket, listeners: socket.socket) -> None:
     def take() -> None:
         _, files, _, _ = socket.recv_fds(listeners, 1, 1)
         if files:
-            server.listen(socket.socket(fileno=files[0]))
+            listening = server.listen(socket.socket(fileno=files[0]))
+            listening.add_done_callback(lambda _: link.send(c.Ready()))
         else:
             loop.remove_reader(listeners)
 
     listeners.setblocking(False)
     loop.add_reader(listeners, take)
-    link.send(c.Ready())
     await link.ended
     loop.remove_reader(listeners)
     with suppress(TimeoutError):

@@ -93,7 +93,7 @@ class LogLine(ChannelMessage, frozen=True, tag="log"):
 
 
 class Ready(ChannelMessage, frozen=True, tag="ready"):
-    """Clients are answered from now on."""
+    """Clients of the socket that was handed over are answered from now on."""
 
 
 FromApi = Handle | AskPlanningStart | SessionState | Wanted | AddEvent | LogLine | Ready

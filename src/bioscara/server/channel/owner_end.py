@@ -40,6 +40,8 @@ _AGAIN = 1.0
 """Time after which it is started again if it has ended [s]."""
 _RECORDS, _SAMPLES = 1 << 20, 4 << 20
 """Waiting bytes above which records of cycles, and samples, are left out [byte]."""
+_BACKLOG = 128
+"""Clients that wait to be accepted."""
 _EVENTS = 100
 """Events that are sent in a row: a process that begins anew gets all that are kept."""
 _LONGEST = 256 << 20
@@ -122,7 +124,7 @@ class ApiProcess:
         if self._listeners is not None:
             self._listeners.close()
         self._listeners = handing
-        channel = _Channel(self._owner, self._commands, self._queries)
+        channel = _Channel(self._owner, self._commands, self._queries, self._listen)
         await asyncio.get_running_loop().create_connection(lambda: channel, sock=ours)
         owner = self._owner
         channel.send(
@@ -147,6 +149,10 @@ class ApiProcess:
                 f"the process that answers the clients of {owner.name} does not begin; the lines "
                 "before this one say why"
             )
+
+    def _listen(self) -> None:
+        """Be the process that clients find at the socket, after the other one has listened."""
+        self._claim.listener.listen(_BACKLOG)
 
     def _hand_over(self) -> None:
         """Give the socket on which clients connect to the other process."""
@@ -199,8 +205,15 @@ class _Channel(asyncio.Protocol):
         ended: Set when it has ended.
     """
 
-    def __init__(self, owner: Owner, commands: Executor, queries: Executor) -> None:
+    def __init__(
+        self,
+        owner: Owner,
+        commands: Executor,
+        queries: Executor,
+        listening: Callable[[], object],
+    ) -> None:
         self._owner, self._commands, self._queries = owner, commands, queries
+        self._listening = listening
         self.ready, self.ended = asyncio.Event(), asyncio.Event()
         self._loop = asyncio.get_running_loop()
         self._frames = framing.MessageSplitter(_LONGEST)
@@ -248,6 +261,7 @@ class _Channel(asyncio.Protocol):
             case c.LogLine():
                 logging.getLogger(message.logger).log(message.level, "%s", message.text)
             case c.Ready():
+                self._listening()
                 self.ready.set()
 
     def _client(self, session: str, name: str) -> ChannelClient:

@@ -40,9 +40,10 @@ class ApiServer:
         """Send samples and events from now on."""
         self._service.changed = self._changed
 
-    def listen(self, listener: socket.socket) -> None:
+    def listen(self, listener: socket.socket) -> asyncio.Task[None]:
         """Accept clients on a socket that listens, in place of the one before."""
         self._listening = asyncio.get_running_loop().create_task(self._listen(listener))
+        return self._listening
 
     async def close(self) -> None:
         """End all connections, once their last messages are sent."""
