@@ -94,7 +94,9 @@ def open_page(
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
-    page.goto(made.url_for(scope))
+    address = made.url_for(scope)
+    # A further tab has the cookie of the browser; another sign-in would end that of the first.
+    page.goto(address.partition("#")[0] if context.cookies() else address)
     if live:
         wait_for_state(page, *LIVE)
     page.errors = errors  # type: ignore[attr-defined]

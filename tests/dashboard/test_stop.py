@@ -99,8 +99,9 @@ def tab(page: Page, name: str) -> Iterator[None]:
 
 def arrives(page: Page, left: Site, way: Callable[[Page], None]) -> None:
     """Require that one press reaches the owner."""
-    # Presses of one client that follow each other soon are one event.
-    left.robot.stop()
+    # Presses of one client within two seconds are one event, unless a pause came in between.
+    left.robot.pause()
+    left.robot.resume()
     before = page.evaluate("bioscara.arm.lastEvent")
     way(page)
     page.wait_for_function(STOPPED, arg=before, timeout=3000)
