@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import itertools
 import os
-import random
-import select
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import get_context
+from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import msgspec
 import numpy as np
 
 from benchmarks.measure import Row, at_most, duration
 from benchmarks.owner_process import Arm, served
 from benchmarks.server import Client, stop_delays
-from bioscara import Pose
-from bioscara.api import framing, messages as m, runtime
-from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.api import messages as m, runtime
 from bioscara.robot import tasks
 
 VIEWERS = int(os.environ.get("BIOSCARA_VIEWERS", "8"))
@@ -31,85 +28,31 @@ TURNS = int(os.environ.get("BIOSCARA_TURNS", "2"))
 STOPS = 30
 NAME = "attacked"
 PEACE = (0.2, 0.0, 0.8, -0.5)
-_BLOCK = 64
-"""Questions that are sent at once."""
-
-
-def _raster(count: int) -> m.MakePlan:
-    """Return the question for a path of many waypoints."""
-    points = [
-        Waypoint(Pose(0.35 + 0.02 * (row % 2), -0.1 + 0.2 * row / count, 0.15, 0.0))
-        for row in range(count)
-    ]
-    return m.MakePlan(tasks.MoveSequence(waypoints=tuple(points)))
-
-
-def questions() -> list[m.AnyCommand]:
-    """Return a question of every kind, with the largest answers."""
-    return [
-        m.GetState(), m.GetDescription(), m.GetWorkspace(), m.GetHistory(begin=0.0, points=5000),
-        m.GetSimulation(), m.GetFaults(), m.GetGoal(1), m.GetTrajectories(1), m.GetLease(),
-        m.GetStatistics(), m.GetJoints(), m.GetParameters(), m.ListControllers(),
-        m.ListFlightRecords(), m.ListGoals(), m.GetLog(0), m.GetIntrospection(),
-        m.QueryController("none", 0.0),
-        m.MakePlan(tasks.MoveNamed(name="center")),
-        m.MakePlan(tasks.MoveJoints(positions=(0.1, 0.2, 0.6, 0.3))), _raster(300),
-        m.Subscribe(states=True, controllers=True, events_after=0), m.Subscribe(),
-    ]  # fmt: skip
-
-
-def _attack(name: str, viewers: int) -> None:
-    """Ask an owner all questions, as fast as it reads, until this process is ended.
-
-    The questions are encoded before, and one process has all viewers: like attackers on other
-    computers, they take little of this one.
-    """
-    chance = random.Random(1)
-    clients = [Client(name, f"viewer {number}") for number in range(viewers)]
-    blocks = []
-    for _ in range(8):
-        asked = [chance.choice(questions()) for _ in range(_BLOCK)]
-        blocks.append([framing.encode_packed(each) for each in asked])
-    numbers = itertools.count(1)
-    poll = select.poll()
-    waiting = {}
-    for client in clients:
-        client.socket.setblocking(False)
-        poll.register(client.socket, select.POLLIN | select.POLLOUT)
-        waiting[client.socket.fileno()] = [client.socket, b""]
-    while True:
-        for file, event in poll.poll():
-            connection, left = waiting[file]
-            try:
-                if event & select.POLLIN and not connection.recv(1 << 20):
-                    poll.unregister(file)  # it was cut off
-                    continue
-                if event & select.POLLOUT:
-                    left = left or b"".join(map(_request, numbers, chance.choice(blocks)))
-                    waiting[file][1] = left[connection.send(left) :]
-            except BlockingIOError:
-                continue
-            except OSError:
-                poll.unregister(file)
-
-
-def _request(number: int, command: bytes) -> bytes:
-    """Return a request as bytes, of a command that is encoded."""
-    return framing.packed(m.ClientRequest(id=number, command=msgspec.Raw(command)))
+_TESTS = Path(__file__).parents[1] / "tests"
+_FLOOD = _TESTS / "hostile/owner_flood.py"
 
 
 @contextmanager
 def attacked(name: str, viewers: int = VIEWERS) -> Iterator[None]:
-    """Let hostile viewers attack an owner."""
-    context = get_context("spawn")
-    process = context.Process(target=_attack, args=(name, viewers))
-    process.start()
-    time.sleep(2.0)
+    """Let hostile viewers ask an owner everything, as fast as it reads, for a block of code.
+
+    One process has all of them: like attackers on other computers, they take little of this one.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-u", str(_FLOOD), name, "questions", str(viewers)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.fspath(_TESTS)},
+    )
+    assert process.stdout
     try:
+        while "flooding" not in process.stdout.readline():
+            pass
+        time.sleep(2.0)
         yield
     finally:
         process.kill()
-        process.join()
+        process.wait()
 
 
 class Mover:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.whole_files import replacing
+from bioscara.files.whole_files import replacing
 from full_disk import full_after
 
 

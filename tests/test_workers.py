@@ -11,7 +11,8 @@ from collections.abc import Iterator
 import pytest
 
 from bioscara.errors import BusyOwnerError, EffortError, LimitError, TrajectoryError
-from bioscara.workers import Worker, WorkerPool
+from bioscara.processes.worker import Worker
+from bioscara.processes.worker_pool import WorkerPool
 from processes import LIMIT
 
 MEMORY = 64

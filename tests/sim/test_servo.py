@@ -24,7 +24,7 @@ print(servo.root, flush=True)
 input()
 """
 MANY = """
-from bioscara.locked_folder import LockedFolder
+from bioscara.files.locked_folder import LockedFolder
 
 for _ in range(2000):
     folder = LockedFolder("bioscara-servo-")

@@ -8,7 +8,7 @@ import sys
 from bioscara.drivers import Joint
 from bioscara.errors import JointError
 from bioscara.model import load_parameters
-from bioscara.scheduling import wake_on_time
+from bioscara.processes.scheduling import wake_on_time
 from bioscara.sim import SocketBus
 
 PERIOD = 0.01

@@ -25,7 +25,7 @@ from bioscara.errors import (
     InvalidArgumentError,
     OwnerLostError,
 )
-from bioscara.forking import in_child
+from bioscara.processes.forking import in_child
 
 VARIABLE = "BIOSCARA_RUNTIME"
 """Environment variable that names another folder for the sockets."""
@@ -375,7 +375,7 @@ def require_trusted(connection: socket.socket, path: Path) -> int:
         AccessError: It is another user's.
         OSError: The folder is gone.
     """
-    # Of the process that listens: the kernel knows it, whoever has the name meanwhile.
+    # The kernel keeps this of the process that listens, also where the file was replaced since.
     found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     pid, user, _ = _CREDENTIALS.unpack(found)
     if user not in {0, os.getuid(), path.parent.stat().st_uid}:

@@ -27,7 +27,7 @@ from bioscara.errors import (
     LimitError,
     NoAcknowledgeError,
 )
-from bioscara.forking import in_child
+from bioscara.processes.forking import in_child
 
 # linux/i2c-dev.h and linux/i2c.h
 _I2C_RETRIES = 0x0701

@@ -10,13 +10,13 @@ import msgspec
 import numpy as np
 
 from bioscara.errors import InvalidArgumentError, RecordingError
+from bioscara.files.regular_file import RegularFile
 from bioscara.planning.arrays import Array, Index
 from bioscara.recording.content import GRIPPER
 from bioscara.recording.reading.extent import Extent, extent_of
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan
 from bioscara.recording.writing.folder import RecordingFolder
-from bioscara.regular_file import RegularFile
 from bioscara.rosbag.recording_file import is_being_written
 
 FEWEST, MOST = 2, 20_000

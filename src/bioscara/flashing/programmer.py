@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import ClassVar
 
 from bioscara.errors import FlashError, ImageError
+from bioscara.files.locked_folder import LockedFolder
 from bioscara.flashing.program import is_installed
-from bioscara.locked_folder import LockedFolder
 
 FLASH = 0x08000000
 """Start address of the flash from which the controller boots."""

@@ -27,8 +27,8 @@ from bioscara.errors import (
     OwnerLostError,
     ProtocolError,
 )
-from bioscara.forking import Maker, in_child
 from bioscara.printing import printable
+from bioscara.processes.forking import Maker, in_child
 from bioscara.remote.owner_socket import OwnerSocket
 from bioscara.remote.transport import Transport, TransportConnection
 

@@ -10,10 +10,10 @@ from datetime import datetime
 from pathlib import Path
 
 from bioscara.errors import ConfigurationError
+from bioscara.files.whole_files import replacing
 from bioscara.report.cycles import CycleHistory
 from bioscara.report.sample_file import ROW_BYTES, SampleWriter
 from bioscara.report.summary import RunSummary
-from bioscara.whole_files import replacing
 
 SAMPLES, REPORT, PLOT, PICTURE, TRAJECTORY = (
     "samples.csv",

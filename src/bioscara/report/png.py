@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from bioscara.files.whole_files import replacing
 from bioscara.printing import printable
 from bioscara.report.cycles import CycleHistory, Phase
 from bioscara.report.statistics import measured_time, phase_mask
 from bioscara.report.summary import RunSummary
 from bioscara.report.text import outcome_line
-from bioscara.whole_files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,8 +13,8 @@ from math import isnan
 from pathlib import Path
 from typing import Self
 
+from bioscara.files.whole_files import AppendedFile
 from bioscara.report.cycles import CycleRecord, JointRecord
-from bioscara.whole_files import AppendedFile
 
 ROW_BYTES = 420
 """Size of a row of four joints [bytes], to estimate in advance whether the disk has room."""

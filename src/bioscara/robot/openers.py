@@ -26,7 +26,7 @@ class ConnectOptions(NamedTuple):
 
     @property
     def of_gateway(self) -> tuple[str, ...]:
-        """The names of those that are given and only a gateway needs."""
+        """The names of the given options that only a gateway takes."""
         return tuple(
             name for name in ("token", "ca_file", "fingerprint") if getattr(self, name) is not None
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from bioscara.scheduling import wake_on_time
+from bioscara.processes.scheduling import wake_on_time
 
 _POLL = 0.1
 """Polling period of a thread that waits for its turn, in case it is not notified [s]."""

@@ -7,8 +7,8 @@ from types import TracebackType
 from typing import Self
 
 from bioscara.api import runtime
-from bioscara.child_process import child_command
 from bioscara.errors import BusyOwnerError, HardwareError, OwnerLostError
+from bioscara.processes.child_process import child_command
 
 _PATIENCE = 8.0
 """Time in which it has to end [s]: launch kills the node after 10 s."""

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from mcap.writer import Writer
 
+from bioscara.files.whole_files import AppendedFile
 from bioscara.rosbag.topics import Topic, definition, quality_of_service
-from bioscara.whole_files import AppendedFile
 
 CHUNK = 64 << 10
 """Size of a chunk before it is compressed [byte]."""

@@ -13,11 +13,11 @@ import msgspec
 from bioscara.api.messages import SceneValue
 from bioscara.api.values import scene_of, scene_value
 from bioscara.errors import BioscaraError, ConfigurationError
+from bioscara.files.whole_files import replacing
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot.arm import Arm
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.workspace import Workspace, WorkspacePart
-from bioscara.whole_files import replacing
 
 _log = logging.getLogger(__name__)
 

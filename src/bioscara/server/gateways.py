@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from bioscara.api import messages as m
-from bioscara.child_process import child_command
+from bioscara.processes.child_process import child_command
 
 _FIRST, _LONGEST = 1.0, 60.0
 """Shortest and longest wait before one is started again [s]; each wait is twice as long."""

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from bioscara.errors import ConfigurationError
+from bioscara.files.whole_files import replacing
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.files.scene_file import read_scene, save_scene
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.teach_file import changing, load_table, save_table
 from bioscara.robot.workspace.tools import Tool
-from bioscara.whole_files import replacing
 
 T = TypeVar("T")
 

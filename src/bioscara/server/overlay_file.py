@@ -7,9 +7,9 @@ from pathlib import Path
 
 from bioscara.api.messages import ParametersState
 from bioscara.errors import ConfigurationError, ConflictError
-from bioscara.locked_folder import LockedFolder
+from bioscara.files.locked_folder import LockedFolder
+from bioscara.files.whole_files import replacing
 from bioscara.model import load_parameters
-from bioscara.whole_files import replacing
 
 _LONGEST = 1 << 20
 """Longest overlay that is accepted [characters]."""

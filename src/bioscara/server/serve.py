@@ -13,13 +13,13 @@ from pathlib import Path
 
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import ConfigurationError, HardwareError
+from bioscara.processes.nursery import start_early
 from bioscara.robot import FAULTS, Robot
 from bioscara.server.channel.api_process import MODULES
 from bioscara.server.channel.motion_planning import MotionPlanning
 from bioscara.server.channel.owner_end import ApiProcess
 from bioscara.server.gateways import Gateways
 from bioscara.server.owner import Owner
-from bioscara.workers import start_early
 
 _LOOP_CHECK = 0.2
 """Period of the check that the control loop runs [s]."""

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from bioscara.errors import ConfigurationError
 from bioscara.extras import pip_install
+from bioscara.files.whole_files import replacing
 from bioscara.flashing.access import RULES
-from bioscara.whole_files import replacing
 
 UNIT = Path("/etc/systemd/system/bioscara@.service")
 USERS = Path("/etc/sysusers.d/bioscara.conf")

@@ -5,7 +5,7 @@
 switch on; ``server`` runs it in a separate process, and
 ``socket_bus`` is the bus to that process, with the frames of ``framing``. ``onlooker`` reads that
 arm's positions without using it. ``servo`` simulates the gripper's servo, in
-a ``locked_folder``.
+a temporary folder of ``files``.
 """
 
 from bioscara.sim.bench import Bench as Bench, BenchBus as BenchBus

@@ -14,7 +14,7 @@ from pathlib import Path
 from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
-from bioscara.scheduling import ProcessorWait, wake_on_time
+from bioscara.processes.scheduling import ProcessorWait, wake_on_time
 from bioscara.sim.framing import (
     TEXT_MAX,
     ArmState,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 
-from bioscara.locked_folder import LockedFolder
+from bioscara.files.locked_folder import LockedFolder
 from bioscara.model import PwmOutput
 
 _NS = 1e9

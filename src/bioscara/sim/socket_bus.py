@@ -10,8 +10,8 @@ from pathlib import Path
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import MonotonicClock
 from bioscara.errors import BusUnavailableError, CommunicationError
-from bioscara.forking import in_child
-from bioscara.scheduling import ProcessorWait
+from bioscara.processes.forking import in_child
+from bioscara.processes.scheduling import ProcessorWait
 from bioscara.sim.firmware_bus import failure
 from bioscara.sim.framing import (
     TRANSACTIONS_MAX,

@@ -19,7 +19,7 @@ from bioscara.control.loop.loop import Loop
 from bioscara.control.loop.realtime import conditions, realtime
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.errors import ConfigurationError
-from bioscara.scheduling import ProcessorWait, wake_on_time
+from bioscara.processes.scheduling import ProcessorWait, wake_on_time
 from control.control_stack import World
 
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bioscara.errors import ConfigurationError, RealtimeError
-from bioscara.scheduling import wake_on_time
+from bioscara.processes.scheduling import wake_on_time
 
 PRIORITY = 80
 """Above the kernel's threaded interrupts (50), below its watchdogs (99)."""

@@ -494,7 +494,10 @@ class Joint:
         check_callbacks(progress, cancel)
         self.start_homing(velocity, sensitivity=sensitivity, current=current)
         try:
-            self._supervise(not_busy, self.homing_timeout, "homing", progress, cancel)
+            wait_through(
+                self.clock,
+                self._supervised(not_busy, self.homing_timeout, "homing", progress, cancel),
+            )
         except (IncorrectStateError, JointFaultError, StalledError) as error:
             raise HomingError(f"{self.name}: homing failed: {error}", self.name) from error
         self.post_homing()
@@ -672,7 +675,10 @@ class Joint:
         duration = ramp_time(abs(displacement), settings.max_velocity, settings.max_acceleration)
         self.session.write(Register.MOVESTEPS, steps, repeat=False)
         arrived = self._monitor.arrived(target_deg, duration)
-        self._supervise(arrived, 2.0 * duration + _MOVE_MARGIN, "the move", progress, cancel)
+        wait_through(
+            self.clock,
+            self._supervised(arrived, 2.0 * duration + _MOVE_MARGIN, "the move", progress, cancel),
+        )
         self.raise_fault()
         self.readiness.require_ready(homed=False)
 
@@ -699,7 +705,10 @@ class Joint:
         self.readiness.blocking = Register.CHECKORIENTATION
         try:
             self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)
-            self._supervise(not_busy, _ORIENTATION_TIMEOUT, "the orientation check")
+            wait_through(
+                self.clock,
+                self._supervised(not_busy, _ORIENTATION_TIMEOUT, "the orientation check"),
+            )
         except IncorrectStateError as error:
             if self.version == 1:
                 error.remedy = "switch the joint off and on, which alone ends its check"
@@ -729,17 +738,6 @@ class Joint:
             self.stop()
             raise
 
-    def _supervise(
-        self,
-        done: Done,
-        timeout: float,
-        what: str,
-        progress: Progress | None = None,
-        cancel: Cancel | None = None,
-    ) -> None:
-        """Wait for the end of a motion; an exception during the wait also ends the motion."""
-        wait_through(self.clock, self._supervised(done, timeout, what, progress, cancel))
-
     def _supervised(
         self,
         done: Done,
@@ -748,7 +746,7 @@ class Joint:
         progress: Progress | None = None,
         cancel: Cancel | None = None,
     ) -> Waits:
-        """Run :meth:`_supervise` up to each of its waits."""
+        """Wait for the end of a motion, up to each wait; an exception also ends the motion."""
         try:
             yield from self._monitor.waits_for(done, timeout, what, progress, cancel)
         except BaseException as reason:

@@ -60,15 +60,15 @@ class MotionMonitor:
         self._session, self._feedback, self._settings = session, feedback, settings
         self._clock, self._parameters = clock, parameters
 
-    def wait_for(
+    def waits_for(
         self,
         done: Done,
         timeout: float,
         what: str,
         progress: Progress | None = None,
         cancel: Cancel | None = None,
-    ) -> None:
-        """Wait until ``done``; the joint is not stopped if that fails.
+    ) -> Waits:
+        """Wait until ``done``, up to each wait; the joint is not stopped if that fails.
 
         Args:
             done: The test for the end of the motion.
@@ -83,17 +83,6 @@ class MotionMonitor:
             CommunicationError: The joint stopped answering; a version 2 joint then stops
                 autonomously, one with its original firmware continues to its target or end stop.
         """
-        wait_through(self._clock, self.waits_for(done, timeout, what, progress, cancel))
-
-    def waits_for(
-        self,
-        done: Done,
-        timeout: float,
-        what: str,
-        progress: Progress | None = None,
-        cancel: Cancel | None = None,
-    ) -> Waits:
-        """Run :meth:`wait_for` up to each of its waits; arguments and errors as there."""
         name, clock, session = self._parameters.name, self._clock, self._session
         interval = _INTERVAL[session.version]
         due = clock.now()

@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from bioscara.errors import ConfigurationError
+from bioscara.files.whole_files import replacing
 from bioscara.model.validation import Before, Checked, Name, Problem, Within
 from bioscara.model.yaml_file import YamlFile
 from bioscara.planning.collision.arm_bodies import GRIPPER
 from bioscara.planning.collision.margins import MARGINS
 from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene
-from bioscara.whole_files import replacing
 
 VERSION = 1
 """Version of the format that is read."""

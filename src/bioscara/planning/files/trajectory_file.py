@@ -14,6 +14,7 @@ import numpy as np
 
 from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
+from bioscara.files.whole_files import replacing
 from bioscara.planning.files.own_tables import (
     has_motions,
     refuse_folder,
@@ -24,7 +25,6 @@ from bioscara.planning.files.own_tables import (
 from bioscara.planning.files.ros_message_parser import ITEMS_MAX
 from bioscara.planning.files.ros_yaml import decimal, trajectory_of_message
 from bioscara.planning.trajectory.trajectory import STEP_MIN, Trajectory
-from bioscara.whole_files import replacing
 
 SIZE_MAX = 8 * 2**20
 """Largest YAML file that is read [bytes]."""

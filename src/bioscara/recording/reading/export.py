@@ -15,13 +15,13 @@ import numpy as np
 
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.extras import install
+from bioscara.files.whole_files import replacing
 from bioscara.planning.arrays import Array
 from bioscara.recording.reading.flight_records import flight_records, unpack
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.cdr import CdrReader
 from bioscara.rosbag.topics import Topic
-from bioscara.whole_files import replacing
 
 SAMPLES, EVENTS, TRAJECTORIES = "samples", "events", "trajectories"
 """Names of the tables."""

@@ -9,9 +9,9 @@ from mcap.records import Attachment
 from mcap.writer import MCAP0_MAGIC
 
 from bioscara.errors import RecordingError
+from bioscara.files.whole_files import replacing
 from bioscara.printing import printable
 from bioscara.robot.connection.evidence_folder import SUFFIX
-from bioscara.whole_files import replacing
 
 
 def flight_records(attachments: Iterable[Attachment], folder: Path) -> dict[Path, bytes]:

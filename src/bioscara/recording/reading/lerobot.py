@@ -18,13 +18,13 @@ import numpy.typing as npt
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError, RecordingError
 from bioscara.extras import install
+from bioscara.files.whole_files import new_folder
 from bioscara.planning.arrays import Array
 from bioscara.recording.content import GRIPPER
 from bioscara.recording.reading.json_messages import message_of
 from bioscara.recording.reading.sample_table import sample_tables
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.topics import Topic
-from bioscara.whole_files import new_folder
 
 Column = npt.NDArray[Any]
 """Numbers of all frames, in the type of their file."""

@@ -12,9 +12,9 @@ from typing import NamedTuple
 from mcap.writer import Writer
 
 from bioscara.errors import RecordingError
+from bioscara.files.whole_files import replacing
 from bioscara.recording.reading.scan import FileScan, StoredMessage, messages
 from bioscara.rosbag.recording_file import CHUNK
-from bioscara.whole_files import replacing
 
 
 class Recovery(NamedTuple):

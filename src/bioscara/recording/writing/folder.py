@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from bioscara.api.runtime import require_name
-from bioscara.regular_file import RegularFile, regular_files
+from bioscara.files.regular_file import RegularFile, regular_files
 
 SUFFIX = ".mcap"
 RESERVE = 32 << 20

@@ -19,10 +19,10 @@ from bioscara.errors import (
     LifecycleError,
     NotInitializedError,
 )
-from bioscara.forking import Maker, in_child
 from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState
 from bioscara.hardware.safe_stop import release
 from bioscara.model import ArmParameters
+from bioscara.processes.forking import Maker, in_child
 from bioscara.protocol import Flags
 from bioscara.robot.connection.stack import Stack
 from bioscara.robot.workspace.workspace import Workspace

@@ -23,9 +23,9 @@ import json
 from pathlib import Path
 
 from bioscara.errors import ConfigurationError
+from bioscara.files.whole_files import replacing
 from bioscara.model.yaml_file import SIZE_MAX, YamlFile, read_text
 from bioscara.robot.sequences.steps import SCHEMA, StepSequence, values_of
-from bioscara.whole_files import replacing
 
 _HEADING = """\
 # Steps of an arm: 'bioscara run FILE'. Metres, radians, seconds; scalings are shares of the limits.

@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Annotated
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError
+from bioscara.files.whole_files import replacing
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
 from bioscara.model import load_parameters
@@ -43,7 +44,6 @@ from bioscara.robot.workspace.tools import (
     Tool,
     fingers as gripper_of,
 )
-from bioscara.whole_files import replacing
 
 SCHEMA, WITH_FRAMES = 1, 2
 """Versions of the schema that are read and written: without frames, and with them."""

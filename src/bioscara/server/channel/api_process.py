@@ -10,7 +10,7 @@ import sys
 from contextlib import suppress
 
 from bioscara.printing import printable
-from bioscara.scheduling import wake_on_time
+from bioscara.processes.scheduling import wake_on_time
 from bioscara.server.channel import channel_messages as c
 from bioscara.server.channel.owner_proxy import OwnerProxy
 from bioscara.server.clients.api_server import ApiServer

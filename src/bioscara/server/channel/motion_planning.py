@@ -7,10 +7,10 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from bioscara.processes.worker import Worker
 from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.channel import work
-from bioscara.workers import Worker
 
 T = TypeVar("T")
 

@@ -20,13 +20,13 @@ from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.planning import Trajectory
+from bioscara.processes.nursery import spawn
 from bioscara.report import CycleRecord
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.channel import channel_messages as c
 from bioscara.server.channel.api_process import serve_clients
 from bioscara.server.clients.client import Later
 from bioscara.server.owner import Owner
-from bioscara.workers import spawn
 
 _WORKERS = 2
 """Threads for commands that take longer, as planning; likewise for queries."""

@@ -19,6 +19,7 @@ from bioscara.api.failures import error_of
 from bioscara.api.values import trajectory_of
 from bioscara.errors import InvalidArgumentError, LeaseError, OwnerLostError
 from bioscara.planning import Trajectory
+from bioscara.processes.worker_pool import WorkerPool
 from bioscara.server.channel import channel_messages as c, work
 from bioscara.server.channel.budget import Budget
 from bioscara.server.clients.client import ConnectedClient, Encoded
@@ -26,7 +27,6 @@ from bioscara.server.clients.events import Events
 from bioscara.server.state.history import StateHistory
 from bioscara.server.state.queries import resident
 from bioscara.server.tasks.uploads import TrajectoryUploads
-from bioscara.workers import WorkerPool
 
 PLANS, PLAN_BYTES = 32, 64 << 20
 """Plans that are kept, and their memory [byte]."""
@@ -314,7 +314,7 @@ class OwnerProxy(asyncio.Protocol):
             if session != self._holder:
                 await self._budget.turn(session, _SLOW if getattr(command, "slow", False) else 1.0)
         finally:
-            # Those that come from now on get a newer answer.
+            # A question that comes from now on gets a newer answer.
             self._asked.pop(key, None)
         if isinstance(command, c.AskPlanningStart):
             return await self._call(c.AskPlanningStart)

@@ -9,8 +9,8 @@ from bioscara.api import messages as m
 from bioscara.report import CycleRecord
 
 
-class Client(Protocol):
-    """A client as the owner knows it.
+class NamedClient(Protocol):
+    """A client.
 
     Attributes:
         session: Random name of its session.
@@ -19,6 +19,10 @@ class Client(Protocol):
 
     session: str
     name: str
+
+
+class Client(NamedClient, Protocol):
+    """A client as the owner knows it."""
 
     @property
     def connected(self) -> bool:
@@ -32,16 +36,8 @@ class Client(Protocol):
         """Send the record of a control cycle of its goal, unless it reads too slowly."""
 
 
-class ConnectedClient(Protocol):
-    """A client as the process that answers it knows it.
-
-    Attributes:
-        session: Random name of its session.
-        name: Its name, for messages to people.
-    """
-
-    session: str
-    name: str
+class ConnectedClient(NamedClient, Protocol):
+    """A client as the process that answers it knows it."""
 
     @property
     def json(self) -> bool:

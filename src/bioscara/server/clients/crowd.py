@@ -30,8 +30,8 @@ class Crowd:
         service: The arm.
 
     Attributes:
-        connections: Those that are open.
-        resting: Number of those that wait for their share.
+        connections: The open connections.
+        resting: Number of connections that wait for their share.
     """
 
     def __init__(self, service: ArmService) -> None:
@@ -49,7 +49,7 @@ class Crowd:
 
     def make_room(self) -> None:
         """Close the oldest connection for STOP, if all of these are taken."""
-        # Many may come in one turn of the loop, before those that were closed are gone.
+        # Many connections may come in one turn of the loop, in which the closed ones still count.
         reserved = [each for each in self.connections if each.only_stop and not each.ending]
         if len(reserved) >= RESERVED:
             min(reserved, key=lambda each: each.number).cut_off("a newer one has its place")

@@ -10,8 +10,8 @@ from bioscara.api.values import columns_of, fault_value
 from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
+from bioscara.files.regular_file import RegularFile, regular_files
 from bioscara.printing import encodable, printable
-from bioscara.regular_file import RegularFile, regular_files
 from bioscara.robot.arm import Arm
 from bioscara.server.channel.channel_messages import SHOWN, GoalPaths
 from bioscara.server.controllers.loadable_controllers import CLIENT_TYPES

@@ -139,10 +139,10 @@ def run(options: Options, output: Output) -> None:
     from bioscara.cli.signals import StopRequest
     from bioscara.cli.teach_table import table_file
     from bioscara.connect import Robot
+    from bioscara.processes.nursery import start_early
     from bioscara.server import log
     from bioscara.server.channel.api_process import MODULES
     from bioscara.server.serve import ServeSettings, serve
-    from bioscara.workers import start_early
 
     # First: nothing is open yet, and no thread runs.
     start_early(MODULES, fork=True)

@@ -94,11 +94,11 @@ def run(options: Options, output: Output) -> None:
     require_packages()
     from bioscara.cli.owner_link import owner_name
     from bioscara.cli.signals import StopRequest
+    from bioscara.processes.nursery import start_early
     from bioscara.robot.tasks.scope import Scope
     from bioscara.server import log
     from bioscara.web.gateway import Gateway, GatewaySettings
     from bioscara.web.routes.dashboard.work import MODULES
-    from bioscara.workers import start_early
 
     # First: nothing is open yet, and no thread runs.
     start_early(MODULES, fork=True)

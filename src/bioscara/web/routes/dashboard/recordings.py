@@ -21,7 +21,7 @@ from bioscara.dashboard.recordings import (
     recording_of,
     recordings,
 )
-from bioscara.regular_file import RegularFile
+from bioscara.files.regular_file import RegularFile
 from bioscara.rosbag.recording_file import MEDIA_TYPE
 from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, HttpError, Viewer, answers, json, judged, verdicts

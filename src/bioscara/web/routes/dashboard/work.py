@@ -13,10 +13,11 @@ from typing import Any, ParamSpec, TypeVar
 
 from fastapi import Request
 
+from bioscara.processes.nursery import start_early
+from bioscara.processes.worker_pool import WorkerPool
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.guard import Credential, requester
 from bioscara.web.routes.http import HttpError
-from bioscara.workers import WorkerPool, start_early
 
 MODULES = (
     "bioscara.dashboard.clearance",
