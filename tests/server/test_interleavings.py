@@ -10,7 +10,6 @@ import os
 import random
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -73,7 +72,6 @@ class Interleaving:
             self.posts.append,
             simulated=True,
             overlay=None,
-            evidence=Path("nowhere"),
             clock=lambda: self.time,
         )
         self.model = Model()

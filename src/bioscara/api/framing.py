@@ -17,8 +17,8 @@ from bioscara.printing import encodable
 HELLO_MAX = 4 << 10
 """Longest first message of a client [byte]."""
 REQUEST_MAX = 256 << 10
-"""Longest message of a client [byte]: to read a longer one takes so long that the control loop
-would be late. Longer trajectories are uploaded in parts."""
+"""Longest message of a client [byte]: to read a longer one takes so long that other clients would
+wait. Longer trajectories are uploaded in parts."""
 ANSWER_MAX = 64 << 20
 """Longest message of an owner [byte]."""
 _LENGTH = struct.Struct(">I")

@@ -28,9 +28,8 @@ def share_arm(parser: Parser, *, owned: bool = True, lasting: bool = False) -> N
         parser.add_argument(
             "--arm",
             metavar="NAME",
-            help="the arm of this name, which 'bioscara serve' runs, or beyond the gateway of this "
-            f"address, https://HOST:PORT (default: ${ARM_VARIABLE}, else the only one on that bus, "
-            "if any)",
+            help="name of the arm, which 'bioscara serve' runs, or address of its gateway, "
+            f"https://HOST:PORT (default: ${ARM_VARIABLE}, else the only one on that bus, if any)",
         )
         share_gateway(parser)
     parser.add_argument(

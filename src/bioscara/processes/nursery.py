@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bioscara.errors import EffortError
+from bioscara.processes.scheduling import name_process
 
 _REQUEST_MAX, _FILES_MAX = 64 << 10, 8
 """Longest request for a process [byte], and its most sockets."""
@@ -157,6 +158,7 @@ def main() -> None:
 
 def _nurse(listener: socket.socket, modules: Sequence[str]) -> None:
     """Import modules, then fork a process for each request, until no process can ask any more."""
+    name_process("bioscara-forks")
     # Ctrl-C is for the process that asks, which then ends its workers.
     for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(each, signal.SIG_IGN)

@@ -22,6 +22,7 @@ from typing import Any, TypeVar
 
 from bioscara.errors import EffortError
 from bioscara.processes.nursery import spawn
+from bioscara.processes.scheduling import name_process
 
 _T = TypeVar("_T")
 
@@ -158,6 +159,7 @@ def _pickled(value: object) -> bytes:
 
 def _serve(other: socket.socket, memory: int, nice: int) -> None:
     """Call functions until the other end is closed."""
+    name_process("bioscara-worker")
     connection = Connection(other.detach())
     connection.send_bytes(os.getpid().to_bytes(8, "big"))
     if nice:

@@ -86,7 +86,6 @@ class Owner:
         post: Calls a function soon, in the thread of the requests.
         simulated: Whether the arm is simulated.
         overlay: The file with the values in which this arm differs; None if there is none.
-        evidence: Folder of the flight records.
         table: The file with the poses; None if they are not kept.
         scene: The file with the zones and the table; None if there is none.
         bench: The file in which the next owner finds the scene, the tool and the load of this one;
@@ -117,7 +116,6 @@ class Owner:
         *,
         simulated: bool,
         overlay: Path | None,
-        evidence: Path,
         table: Path | None = None,
         scene: Path | None = None,
         bench: Path | None = None,
@@ -125,7 +123,7 @@ class Owner:
     ) -> None:
         self.robot, self.name, self._post = robot, name, post
         self._runner, self._arm = robot.runner, robot.runner.arm
-        self._simulated, self._evidence, self._clock = simulated, evidence, clock
+        self._simulated, self._clock = simulated, clock
         self._overlay = OverlayFile(overlay)
         self.events = Events(robot.clock.now)
         self.lease = Lease(clock)

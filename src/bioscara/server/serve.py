@@ -98,7 +98,6 @@ async def serve(
         post,
         simulated=settings.simulated,
         overlay=settings.overlay,
-        evidence=settings.evidence,
         table=settings.table,
         scene=settings.scene,
         bench=settings.bench,

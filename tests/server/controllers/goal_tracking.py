@@ -163,7 +163,9 @@ def repeated(site: Site, here: Sequence[float], send: Send) -> float:
 def cancelled(site: Site, here: Sequence[float], send: Send) -> float:
     """Cancelled in the middle."""
     goal = send(quintic(here, _off(here, 0.4, 0.02, 0.2, 0.2), 4.0))
-    site.passed(2.0)
+    # It is planned first, in real time.
+    site.moving()
+    site.passed(1.5)
     (name,) = site.newest.active
     site.robot.controllers.cancel(name, goal)
     return 2.0
@@ -172,7 +174,8 @@ def cancelled(site: Site, here: Sequence[float], send: Send) -> float:
 def replaced(site: Site, here: Sequence[float], send: Send) -> float:
     """Replaced in motion by one that leads back."""
     send(quintic(here, _off(here, 0.4, 0.02, 0.2, 0.2), 4.0))
-    site.passed(2.0)
+    site.moving()
+    site.passed(1.5)
     return _sent(send, [Point(3.0, _off(here, -0.2))])
 
 

@@ -10,7 +10,7 @@ import sys
 from contextlib import suppress
 
 from bioscara.printing import printable
-from bioscara.processes.scheduling import wake_on_time
+from bioscara.processes.scheduling import name_process, wake_on_time
 from bioscara.server.channel import channel_messages as c
 from bioscara.server.channel.owner_proxy import OwnerProxy
 from bioscara.server.clients.api_server import ApiServer
@@ -48,6 +48,7 @@ def serve_clients(channel: socket.socket, listeners: socket.socket) -> None:
         channel: Connected to the process that moves the arm.
         listeners: Gets the sockets on which clients connect, each in place of the one before.
     """
+    name_process("bioscara-api")
     # Each client needs two files.
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
