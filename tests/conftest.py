@@ -24,7 +24,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from bioscara.robot.connection import exit_guard
 from late_machine import pytest_runtest_protocol as pytest_runtest_protocol, tell_what_was_repeated
-from processes import running
+from programs import running
 from ros_environment import ABSENT
 from simulated import standing_near_the_stops
 
@@ -125,6 +125,6 @@ def near_the_stops() -> Iterator[None]:
 
 @pytest.fixture
 def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Start Python programs, see :func:`processes.running`; the end of the test kills them."""
+    """Start Python programs, see :func:`programs.running`; the end of the test kills them."""
     with ExitStack() as programs:
         yield lambda *arguments, **options: programs.enter_context(running(*arguments, **options))

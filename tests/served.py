@@ -27,7 +27,7 @@ from bioscara.model import ArmParameters
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.server.serve import Served, ServeSettings, serving
 from bioscara.sim import BenchBus, SimulatedArm, SimulatedServo
-from processes import LIMIT, wait_until
+from programs import LIMIT, wait_until
 from simulated import ARM, simulated_bus
 
 NAME = "left"

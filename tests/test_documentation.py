@@ -14,7 +14,7 @@ import pytest
 from bioscara import Robot
 from bioscara.cli import main
 from bioscara.server.serve import ServeSettings, serving
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.thorough
 

@@ -16,7 +16,7 @@ from tools.set_version import versions
 
 from bioscara.extras import Extra, install
 from bioscara.version import __version__
-from processes import environment
+from programs import environment
 
 ROOT = Path(__file__).parents[1]
 

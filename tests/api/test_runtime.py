@@ -20,7 +20,7 @@ from bioscara.api.runtime import OwnerClaim, find, lock_file, owners, require_na
 from bioscara.errors import AccessError, BusyOwnerError, InvalidArgumentError, OwnerLostError
 from bioscara.stop import main as stop
 from bioscara.web.owner.stream import OwnerStream
-from processes import environment, wait_for_line
+from programs import environment, wait_for_line
 from served import NAME, runtime_folder
 
 HOLDER = """

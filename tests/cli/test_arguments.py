@@ -16,7 +16,7 @@ from bioscara.cli.output.angles import DEGREES, RADIANS
 from bioscara.cli.parser import parse
 from bioscara.kinematics import Joints, Pose
 from cli.said import Said
-from processes import environment
+from programs import environment
 
 
 @pytest.mark.parametrize(

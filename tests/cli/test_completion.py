@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cli.said import Said
-from processes import environment
+from programs import environment
 
 BASH = """
 eval "$(bioscara completion bash)"

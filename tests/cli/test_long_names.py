@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from bioscara.cli import main
 from bioscara.printing import LONGEST
-from processes import environment
+from programs import environment
 
 LENGTH = 100_000
 COMMANDS = (

@@ -25,7 +25,7 @@ from bioscara.errors import RealtimeError
 from bioscara.remote import RemoteRobot
 from bioscara.robot.workspace.poses import NamedPose
 from cli.said import Said
-from processes import environment, wait_for_line, wait_until
+from programs import environment, wait_for_line, wait_until
 from served import RawClient, runtime_folder
 
 

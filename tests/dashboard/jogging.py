@@ -8,7 +8,7 @@ from typing import Any
 
 from bioscara.api import messages as m
 from dashboard.rig import Site, at_rest, stays
-from processes import wait_until
+from programs import wait_until
 from served import HALF
 
 RESTING = 0.8

@@ -18,7 +18,7 @@ from bioscara.errors import BioscaraError, LeaseError
 from bioscara.remote import RemoteRobot
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.tokens import load_tokens
-from processes import environment, running, wait_for_line, wait_until
+from programs import environment, running, wait_for_line, wait_until
 from ros_environment import absent
 from served import HALF, NAME, runtime_folder
 

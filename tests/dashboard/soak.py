@@ -21,7 +21,7 @@ from typing import NamedTuple
 from playwright.sync_api import Error, Page, sync_playwright
 
 from dashboard.rig import Site, at_rest, command, launched, open_page, site, upload
-from processes import wait_until
+from programs import wait_until
 from served import HALF
 
 MINUTES = float(os.environ.get("BIOSCARA_SOAK_MINUTES", "60"))

@@ -36,7 +36,7 @@ from dashboard.rig import (
     stays,
     wait_for_state,
 )
-from processes import environment, running, wait_for_line, wait_until
+from programs import environment, running, wait_for_line, wait_until
 from served import HALF, NAME
 from web.gateways import WebClientOfTest
 

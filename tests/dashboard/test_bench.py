@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, page_of, recover
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.browser
 

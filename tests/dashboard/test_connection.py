@@ -7,7 +7,7 @@ from playwright.sync_api import BrowserContext, Page
 
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, open_page, wait_for_state
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.browser
 

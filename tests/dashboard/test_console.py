@@ -9,7 +9,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, command, open_page, upload
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.browser
 

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from dashboard.rig import Site, at_rest, command, page_of, positions, stays, upload
-from processes import wait_until
+from programs import wait_until
 from recording.served_arm import recording
 from served import HALF
 

@@ -14,7 +14,7 @@ from bioscara import Robot
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.gateway import Gateway, GatewaySettings
 from dashboard.rig import Site, command, page_of, recover, wait_for_state
-from processes import wait_until
+from programs import wait_until
 from served import NAME, arm_served
 from web.gateways import running_gateway
 

@@ -22,7 +22,7 @@ from dashboard.rig import (
     stays,
     wait_for_state,
 )
-from processes import wait_until
+from programs import wait_until
 from served import HALF
 
 pytestmark = pytest.mark.browser

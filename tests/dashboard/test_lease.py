@@ -19,7 +19,7 @@ from dashboard.rig import (
     swing,
     wait_for_state,
 )
-from processes import wait_until
+from programs import wait_until
 from served import HALF
 
 pytestmark = pytest.mark.browser

@@ -21,7 +21,7 @@ from dashboard.rig import (
     stays,
     wait_for_state,
 )
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.browser
 

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from dashboard.rig import Site, page_of, site
-from processes import wait_until
+from programs import wait_until
 from served import HALF
 
 pytestmark = pytest.mark.browser

@@ -15,7 +15,7 @@ from bioscara.api import messages as m
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, moves, page_of, positions, wait_for_state
-from processes import wait_until
+from programs import wait_until
 from served import HALF, RawClient
 
 pytestmark = pytest.mark.browser

@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, CDPSession, Page
 
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, at_rest, command, page_of, recover, swing, wait_for_state
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.browser
 

@@ -11,7 +11,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.page import VERSION
 from dashboard.rig import Site, at_rest, command, wait_for_state
-from processes import wait_until
+from programs import wait_until
 from web.gateways import arm
 
 pytestmark = pytest.mark.browser

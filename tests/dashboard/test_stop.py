@@ -23,7 +23,7 @@ from dashboard.rig import (
     swing,
     wait_for_state,
 )
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.browser
 

@@ -15,7 +15,7 @@ from bioscara import Frame, Joints, NamedPose, Pose
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import read_sequence, text_of_sequence
 from dashboard.rig import Site, at_rest, command, page_of, positions, stays, upload, wait_for_state
-from processes import wait_until
+from programs import wait_until
 from robot.sequences.samples import EACH_KIND
 from served import HALF
 

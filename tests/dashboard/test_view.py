@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page
 
 from bioscara import Box, Scene, Trajectory
 from dashboard.rig import Site, command, open_page, page_of
-from processes import wait_until
+from programs import wait_until
 
 pytestmark = pytest.mark.browser
 

@@ -21,7 +21,7 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
 from bioscara.web.viewer import ViewServer
 from dashboard.accessible import violations
-from processes import wait_until
+from programs import wait_until
 from web.gateways import running_gateway
 
 pytestmark = pytest.mark.browser

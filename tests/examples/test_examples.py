@@ -21,7 +21,7 @@ from bioscara.kinematics import Joints, Pose, batch
 from bioscara.model import load_parameters
 from bioscara.robot import kinematics_of
 from bioscara.sim import SimulatedServo
-from processes import environment
+from programs import environment
 from simulated import NearArm
 
 ARM = load_parameters()

@@ -26,7 +26,7 @@ from websockets.sync.client import connect
 
 from bioscara.api import runtime
 from bioscara.api.runtime import find
-from processes import LIMIT, environment, started, wait_for_line, wait_until
+from programs import LIMIT, environment, started, wait_for_line, wait_until
 from web.gateways import WebClientOfTest
 
 NAME = "hostile"

@@ -16,7 +16,7 @@ from bioscara.api import messages as m
 from bioscara.api.runtime import folder
 from entries import entry
 from hostile.moving_arm import LATENCY, NAME, PYTHON, MovingArm, moving_arm
-from processes import LIMIT, environment, started, wait_for_line, wait_until
+from programs import LIMIT, environment, started, wait_for_line, wait_until
 from served import RawClient
 
 _FLOOD = Path(__file__).with_name("owner_flood.py")

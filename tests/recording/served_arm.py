@@ -17,7 +17,7 @@ from bioscara.recording.writing.folder import RecordingFolder
 from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.recording.writing.recorder import record
 from bioscara.server.serve import Served, ServeSettings, serving
-from processes import wait_until
+from programs import wait_until
 
 NAME = "left"
 PLENTY = FileLimits(10**9, 3600.0)

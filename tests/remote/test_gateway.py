@@ -50,7 +50,7 @@ from bioscara.web.access.tokens import default_path, load_tokens
 from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web.routes import websocket as route
 from cli.said import Said
-from processes import environment
+from programs import environment
 from remote.cutting_proxy import DOWN, UP, Proxy
 from served import HALF, NAME, arm_served, eventually
 from simulated import NAMES

@@ -60,7 +60,7 @@ from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import SimulatedArm
 from bioscara.web.gateway import Gateway, GatewaySettings
-from processes import wait_until
+from programs import wait_until
 from served import HALF, NAME, arm_served, eventually
 from simulated import NAMES
 from web.gateways import running_gateway

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import pytest
 
-from processes import LIMIT, started, wait_until
+from programs import LIMIT, started, wait_until
 from ros.bringup_controllers import BROADCASTER, ended, energise, follow, goal, point
 from ros.rig import ROOT, SUCCEEDED, Rig, Ros
 from ros_environment import ros_launch

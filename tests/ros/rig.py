@@ -18,7 +18,7 @@ import yaml
 from bioscara.api.runtime import VARIABLE
 from bioscara.model.urdf import URDF
 from bioscara.remote import RemoteRobot
-from processes import LIMIT, environment, running, started, wait_for_line
+from programs import LIMIT, environment, running, started, wait_for_line
 from ros_environment import ros_environment, ros_python
 from served import NAME
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from processes import wait_until
+from programs import wait_until
 from ros.bringup_controllers import (
     JOINTS,
     VELOCITY,

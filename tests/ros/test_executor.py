@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from processes import started
+from programs import started
 from ros_environment import ros_environment, ros_python
 
 PROGRAM = Path(__file__).with_name("executor_program.py")

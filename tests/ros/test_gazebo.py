@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import yaml
 
-from processes import LIMIT, started
+from programs import LIMIT, started
 from ros.rig import rig
 from ros.share import PACKAGES, scene
 from ros_environment import absent

@@ -17,7 +17,7 @@ from bioscara.api.runtime import VARIABLE, owners
 from bioscara.model.urdf import URDF
 from bioscara.remote.lease_keeper import TIME_TO_LIVE
 from bioscara.remote.remote_robot import RemoteRobot
-from processes import LIMIT, wait_until
+from programs import LIMIT, wait_until
 from ros.bringup_controllers import (
     BROADCASTER,
     VELOCITY,

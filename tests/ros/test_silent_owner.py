@@ -13,7 +13,7 @@ import pytest
 from bioscara.remote.lease_keeper import TIME_TO_LIVE
 from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros.controllers.inbox import PATIENCE
-from processes import wait_until
+from programs import wait_until
 from ros.bringup_controllers import BROADCASTER, VELOCITY, clear, energise, go_home
 from ros.rig import MANAGER, Rig, Ros
 from served import HALF

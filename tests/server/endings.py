@@ -20,7 +20,7 @@ import numpy as np
 
 from bioscara.kinematics import Joints
 from bioscara.server.serve import Served
-from processes import environment, running, wait_for_line, wait_until
+from programs import environment, running, wait_for_line, wait_until
 from served import HALF, arm_served
 from simulated import NAMES, simulated_bus
 

@@ -18,7 +18,7 @@ from bioscara.drivers.gripper.width_store import write_width
 from bioscara.errors import ConfigurationError, ConflictError, LifecycleError, UnconfirmedError
 from bioscara.planning.files.scene_file import read_scene, save_scene
 from bioscara.sim import SimulatedArm
-from processes import environment, wait_for_line
+from programs import environment, wait_for_line
 from served import HALF, NAME, RawClient, arm_served, eventually
 from simulated import simulated_bus
 

@@ -12,7 +12,7 @@ import pytest
 
 from bioscara.errors import BusyError, LeaseError, NotInitializedError
 from bioscara.remote import RemoteRobot, remote_robot
-from processes import environment, wait_for_line
+from programs import environment, wait_for_line
 from served import NAME, events_since, eventually
 from server.endings import PROGRAM, WAYS, Plant, Way, plant
 

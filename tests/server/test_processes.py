@@ -28,7 +28,7 @@ from bioscara.server.clients.events import Events
 from bioscara.server.owner import run
 from bioscara.server.serve import Served, ServeSettings, serving
 from full_disk import full_after
-from processes import environment, wait_for_line
+from programs import environment, wait_for_line
 from served import (
     HALF,
     NAME,

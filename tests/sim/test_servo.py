@@ -12,7 +12,7 @@ import pytest
 
 from bioscara.model import load_parameters
 from bioscara.sim import SimulatedServo
-from processes import LIMIT, environment, wait_for_line
+from programs import LIMIT, environment, wait_for_line
 
 OUTPUT = load_parameters().gripper.outputs[0]
 SERVO = """

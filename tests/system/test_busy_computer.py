@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from processes import environment, running, wait_for_line
+from programs import environment, running, wait_for_line
 
 pytestmark = pytest.mark.realtime
 

@@ -23,7 +23,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Fault, JointState
 from bioscara.sim import SocketBus
 from bioscara.sim.server import _PATIENCE
-from processes import environment, running, wait_for_line, wait_until
+from programs import environment, running, wait_for_line, wait_until
 from system.observed_arm import truth
 
 pytestmark = pytest.mark.realtime

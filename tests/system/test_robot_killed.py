@@ -18,7 +18,7 @@ from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import load_parameters
 from flight_records import read_record
-from processes import environment, running, wait_for_line, wait_until
+from programs import environment, running, wait_for_line, wait_until
 from system.observed_arm import at_rest, truth
 
 pytestmark = pytest.mark.realtime

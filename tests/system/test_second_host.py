@@ -12,7 +12,7 @@ from bioscara.bus import Transaction
 from bioscara.cli.output.console import ExitStatus
 from bioscara.errors import BusUnavailableError
 from bioscara.sim import SocketBus
-from processes import environment, wait_for_line, wait_until
+from programs import environment, wait_for_line, wait_until
 from system.observed_arm import truth
 
 HERE = Path(__file__).parent

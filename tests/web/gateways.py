@@ -22,7 +22,7 @@ from bioscara import Robot
 from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served, ServeSettings, serving
 from bioscara.web.gateway import Gateway, GatewaySettings, PageServer
-from processes import wait_until
+from programs import wait_until
 
 LIMIT = 10.0
 """Time in which an answer has to come [s]."""

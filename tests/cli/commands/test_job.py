@@ -18,7 +18,7 @@ import pytest
 from bioscara.planning import read
 from bioscara.report import Phase
 from cli.said import Said
-from processes import wait_for_line
+from programs import wait_for_line
 
 TOO_FAST = str(Path(__file__).parents[2] / "data/planned_time_optimal.yaml")
 

@@ -25,7 +25,7 @@ from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
 from full_disk import full_after
-from processes import LIMIT, environment, running
+from programs import LIMIT, environment, running
 from recording.conftest import Made
 from recording.served_arm import read, recorded_fault
 

@@ -25,7 +25,7 @@ from bioscara.recording.reading.replay import ReplayedArm, serve_recording
 from bioscara.remote.link import OwnerLink
 from bioscara.rosbag.recording_file import RecordingFile
 from bioscara.rosbag.topics import Topic
-from processes import LIMIT, environment, wait_for_line, wait_until
+from programs import LIMIT, environment, wait_for_line, wait_until
 from recording.conftest import Made
 from recording.served_arm import read
 

@@ -15,7 +15,7 @@ from bioscara.api import messages as m
 from bioscara.errors import InvalidArgumentError
 from bioscara.remote.link import OwnerLink
 from bioscara.rosbag.topics import Topic
-from processes import LIMIT, environment, wait_for_line, wait_until
+from programs import LIMIT, environment, wait_for_line, wait_until
 from recording.served_arm import read, served
 
 NAME = "both"

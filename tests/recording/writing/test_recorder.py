@@ -24,7 +24,7 @@ from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.robot import kinematics_of
 from bioscara.rosbag.topics import Topic
 from full_disk import full_after
-from processes import wait_until
+from programs import wait_until
 from recording.conftest import Made
 from recording.served_arm import (
     NAME,

@@ -14,7 +14,7 @@ import pytest
 
 from bioscara.recording.reading.recovery import recover
 from bioscara.rosbag.topics import Topic
-from processes import LIMIT, environment, wait_for_line
+from programs import LIMIT, environment, wait_for_line
 from recording.served_arm import NAME, read, served
 
 LOST = 1.0

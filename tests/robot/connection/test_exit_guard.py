@@ -16,7 +16,7 @@ import pytest
 
 from bioscara import Robot
 from bioscara.robot.connection import exit_guard
-from processes import LIMIT, environment, running, wait_for_line, wait_until
+from programs import LIMIT, environment, running, wait_for_line, wait_until
 from robot.connection import ended_program
 from system.observed_arm import at_rest, energised, truth
 

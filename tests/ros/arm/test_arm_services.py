@@ -10,7 +10,7 @@ import pytest
 
 from bioscara import Robot
 from bioscara.api.runtime import VARIABLE
-from processes import wait_until
+from programs import wait_until
 from ros.bringup_controllers import VELOCITY, clear, ended, energise, follow, go_home, goal, near
 from ros.rig import ABORTED, CANCELED, SUCCEEDED, Rig, Ros
 from served import HALF, NAME

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from processes import wait_until
+from programs import wait_until
 from ros.bringup_controllers import (
     BROADCASTER,
     GRIP,

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from processes import wait_until
+from programs import wait_until
 from ros.bringup_controllers import (
     JOINTS,
     POSITION,

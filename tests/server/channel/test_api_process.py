@@ -24,7 +24,7 @@ from bioscara.robot import tasks
 from bioscara.server.channel import budget
 from bioscara.server.clients.pauses import AUTHORS
 from bioscara.server.serve import Served
-from processes import LIMIT
+from programs import LIMIT
 from served import HALF, NAME, RawClient, arm_served, events_since, eventually
 
 

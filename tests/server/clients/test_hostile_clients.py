@@ -39,7 +39,7 @@ from bioscara.server.clients.client import Later
 from bioscara.server.serve import Served
 from bioscara.web.access.certificates import self_signed
 from bioscara.web.access.tokens import default_path, load_tokens
-from processes import LIMIT
+from programs import LIMIT
 from served import (
     NAME,
     RawClient,

@@ -14,7 +14,7 @@ from bioscara.api import messages as m
 from bioscara.cli import main
 from bioscara.robot import tasks
 from bioscara.server.serve import Served
-from processes import LIMIT, environment, wait_for_line
+from programs import LIMIT, environment, wait_for_line
 from served import HALF, NAME, RawClient, arm_served, events_since, eventually, runtime_folder
 
 AWAY = tasks.MoveJoints(positions=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)

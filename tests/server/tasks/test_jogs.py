@@ -14,7 +14,7 @@ from bioscara.errors import InvalidArgumentError, JogExpiredError, LimitError
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.server.serve import Served
 from bioscara.server.tasks.jog_stream import LONGEST, SHORTEST, JogStream
-from processes import LIMIT
+from programs import LIMIT
 from served import RawClient, arm_served, eventually
 
 TURN, RAISE = JointVelocity(0.3), ToolVelocity(z=0.02)

@@ -20,7 +20,7 @@ from bioscara.web import protocols
 from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web.owner import relay
 from bioscara.web.routes import websocket
-from processes import wait_until
+from programs import wait_until
 from served import events_since
 from web.gateways import Site, WebClientOfTest, arm, running_gateway, site
 

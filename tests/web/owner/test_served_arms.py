@@ -13,7 +13,7 @@ import pytest
 from bioscara.api.gateway_pages import Announcement, page_of
 from bioscara.api.runtime import folder
 from bioscara.robot.tasks.scope import Scope
-from processes import wait_until
+from programs import wait_until
 from served import runtime_folder
 from web.gateways import Site, arm, site
 

@@ -14,7 +14,7 @@ import pytest
 from bioscara.api import messages as m
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.questions import QUESTIONS
-from processes import wait_until
+from programs import wait_until
 from web.gateways import Site, site
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from bioscara.cli.parser import parse
 from cli.said import Said
-from processes import environment
+from programs import environment
 
 
 def test_without_rclpy_one_sentence_names_the_remedy(said: Said) -> None:

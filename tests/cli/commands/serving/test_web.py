@@ -23,7 +23,7 @@ from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served
 from bioscara.web.access.tokens import default_path, load_tokens
 from cli.said import Said
-from processes import environment, wait_until
+from programs import environment, wait_until
 from web.gateways import WebClientOfTest, arm
 
 Start = Callable[..., subprocess.Popen[str]]

@@ -14,7 +14,7 @@ from bioscara.dashboard.model import meshes
 from bioscara.dashboard.trajectories import SIZE_MAX
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.dashboard import trajectories
-from processes import wait_until
+from programs import wait_until
 from recording.served_arm import recording
 from served import runtime_folder
 from web.gateways import LIMIT, Site, site

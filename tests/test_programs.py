@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from processes import LIMIT, environment, running, wait_for_line, wait_until
+from programs import LIMIT, environment, running, wait_for_line, wait_until
 from warm_python import Forked
 
 PROGRAM = """
@@ -23,7 +23,7 @@ time.sleep(600)
 """
 TEST = """
 import sys, time
-from processes import running, wait_for_line
+from programs import running, wait_for_line
 with running("-c", sys.argv[1]) as process:
     print(wait_for_line(process, "pids"), end="", flush=True)
     time.sleep(600)

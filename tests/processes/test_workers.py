@@ -13,7 +13,7 @@ import pytest
 from bioscara.errors import BusyOwnerError, EffortError, LimitError, TrajectoryError
 from bioscara.processes.worker import Worker
 from bioscara.processes.worker_pool import WorkerPool
-from processes import LIMIT
+from programs import LIMIT
 
 MEMORY = 64
 
