@@ -1,11 +1,13 @@
 // The simulated arm for Python. src/bioscara/sim is its only user and adds the public interface.
 #include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 #include "../joint/src/core/version.h"
 #include "src/arm.h"
@@ -18,6 +20,9 @@ using namespace bioscara::sim;
 namespace {
 
 constexpr Py_ssize_t kMost = 32;
+
+// One value for each joint, in memory of a simulator of bodies.
+using Joints = nb::ndarray<double, nb::shape<Arm::kJoints>, nb::c_contig, nb::device::cpu>;
 
 void require_finite(double value, const char* name) {
   if (!std::isfinite(value)) throw nb::value_error((std::string(name) + " is not finite").c_str());
@@ -83,6 +88,21 @@ NB_MODULE(_native, module) {
              arm.run(seconds);
            })
       .def("transfer", &transfer)
+      .def("assign", &Arm::assign, nb::arg("other"))
+      .def("set_world",
+           [](Arm& arm, Joints position, Joints velocity, Joints drive, Joints contact,
+              nb::callable step) {
+             // The function keeps what it uses alive. It does not know the arm: there is no cycle.
+             auto call = [position, velocity, drive, contact, step] { step(); };
+             arm.set_world({position.data(), velocity.data(), drive.data(), contact.data(), call});
+           },
+           nb::arg("position"), nb::arg("velocity"), nb::arg("drive"), nb::arg("contact"),
+           nb::arg("step"))
+      .def("remove_world", &Arm::remove_world)
+      .def("load_inertia",
+           [](Arm& arm, int joint) {
+             return std::as_const(arm.board(joint)).mechanics().load_inertia();
+           })
       .def("set_stretch", &Arm::set_stretch)
       .def("position", [](Arm& arm, int joint) { return arm.board(joint).mechanics().position(); })
       .def("velocity", [](Arm& arm, int joint) { return arm.board(joint).mechanics().velocity(); })

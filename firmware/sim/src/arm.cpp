@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace bioscara::sim {
 
@@ -22,17 +23,81 @@ Arm::Arm(std::uint32_t seed, Timing timing, const Firmwares& firmwares) : timing
 }
 
 Arm::Arm(const Arm& other)
-    : timing_(other.timing_), unknown_(other.unknown_), stretch_(other.stretch_), now_(other.now_) {
-  for (const auto& board : other.boards_) boards_.push_back(board->copy());
+    : timing_(other.timing_) {
+  assign(other);
+}
+
+void Arm::assign(const Arm& other) {
+  unknown_ = other.unknown_;
+  stretch_ = other.stretch_;
+  now_ = other.now_;
+  position_ = other.position_;
+  velocity_ = other.velocity_;
+  std::vector<std::unique_ptr<Board>> boards;
+  for (const auto& board : other.boards_) boards.push_back(board->copy());
+  boards_ = std::move(boards);
 }
 
 void Arm::run(double seconds) {
-  now_ += static_cast<Time>(std::llround(seconds * kSecond));
+  elapse(seconds);
+  rethrow();
+}
+
+void Arm::elapse(double seconds) {
+  const Time end = now_ + static_cast<Time>(std::llround(seconds * kSecond));
+  while (world_.step) {
+    const Time slice = (now_ / kSlice + 1) * kSlice;
+    if (slice > end) break;
+    advance(slice);
+    step_world();
+  }
+  advance(end);
+}
+
+void Arm::advance(Time now) {
+  now_ = now;
   for (auto& board : boards_) board->advance(now_);
 }
 
+void Arm::set_world(World world) {
+  world_ = std::move(world);
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    boards_[i]->take_drive(1.0);
+    const Mechanics& mechanics = std::as_const(*boards_[i]).mechanics();
+    position_[i] = mechanics.position();
+    velocity_[i] = mechanics.velocity();
+  }
+}
+
+void Arm::remove_world() {
+  world_ = World{};
+  for (auto& board : boards_) board->set_contact(0.0);
+}
+
+void Arm::step_world() {
+  constexpr double kDuration = static_cast<double>(kSlice) / kSecond;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const Mechanics& mechanics = std::as_const(*boards_[i]).mechanics();
+    world_.position[i] = std::exchange(position_[i], mechanics.position());
+    world_.velocity[i] = std::exchange(velocity_[i], mechanics.velocity());
+    world_.drive[i] = boards_[i]->take_drive(kDuration);
+  }
+  try {
+    world_.step();
+  } catch (...) {
+    failure_ = std::current_exception();
+    remove_world();
+    return;
+  }
+  for (std::size_t i = 0; i < kJoints; ++i) boards_[i]->set_contact(world_.contact[i]);
+}
+
+void Arm::rethrow() {
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+}
+
 void Arm::pass(double seconds) {
-  if (timing_.frequency > 0.0) run(seconds);
+  if (timing_.frequency > 0.0) elapse(seconds);
 }
 
 Board* Arm::find(std::uint8_t address) {
@@ -64,6 +129,13 @@ Outcome Arm::hold_clock() {
 }
 
 Outcome Arm::transfer(std::uint8_t address, const std::uint8_t* written, std::size_t size,
+                      std::uint8_t* read, std::size_t count) {
+  const Outcome outcome = exchange(address, written, size, read, count);
+  rethrow();
+  return outcome;
+}
+
+Outcome Arm::exchange(std::uint8_t address, const std::uint8_t* written, std::size_t size,
                       std::uint8_t* read, std::size_t count) {
   const double bit = timing_.frequency > 0.0 ? 1.0 / timing_.frequency : 0.0;
   for (const auto& board : boards_)

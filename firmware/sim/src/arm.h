@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -22,6 +24,18 @@ struct Timing {
 class Arm {
  public:
   static constexpr int kJoints = 4;
+  // Time from one step of a world to the next: 20 steps of the mechanics.
+  static constexpr Time kSlice = 10'240;
+
+  // Bodies around the arm, which another simulator computes. It sees the joints as they were a
+  // slice ago and what drove them since, and moves its own bodies, and its image of the arm, by
+  // that slice; the torques or forces of bodies on the joints then act during the next one.
+  struct World {
+    // Of the joints, j1 first [rad or m, and per second; N m or N].
+    double *position, *velocity, *drive;
+    const double* contact;
+    std::function<void()> step;
+  };
 
   // The firmware flashed on each joint, j1 first.
   using Firmwares = std::array<Firmware, kJoints>;
@@ -31,10 +45,17 @@ class Arm {
   Arm(const Arm& other);
   Arm& operator=(const Arm&) = delete;
 
-  double now() const { return static_cast<double>(now_) / kSecond; }
-  void run(double seconds);
+  // Takes the state and the time of another arm, and keeps its own world.
+  void assign(const Arm& other);
 
-  // One transaction; time passes as it would on the bus.
+  double now() const { return static_cast<double>(now_) / kSecond; }
+  // Throws what a step of the world threw, once the time has passed; it then has no world.
+  void run(double seconds);
+  // A world that is stepped at each multiple of the slice from now on.
+  void set_world(World world);
+  void remove_world();
+
+  // One transaction; time passes as it would on the bus, and it throws as run() does.
   Outcome transfer(std::uint8_t address, const std::uint8_t* written, std::size_t size,
                    std::uint8_t* read, std::size_t count);
 
@@ -43,7 +64,13 @@ class Arm {
   void set_stretch(double seconds) { stretch_ = seconds; }
 
  private:
+  Outcome exchange(std::uint8_t address, const std::uint8_t* written, std::size_t size,
+                   std::uint8_t* read, std::size_t count);
   void pass(double seconds);
+  void elapse(double seconds);
+  void advance(Time now);
+  void step_world();
+  void rethrow();
   // The adapter waits for the clock line in vain.
   Outcome hold_clock();
   Board* find(std::uint8_t address);
@@ -55,6 +82,10 @@ class Arm {
   bool unknown_ = false;
   double stretch_ = 0.0;
   Time now_ = 0;
+  World world_{};
+  std::exception_ptr failure_;
+  // The joints a slice ago.
+  std::array<double, kJoints> position_{}, velocity_{};
 };
 
 }  // namespace bioscara::sim

@@ -65,6 +65,12 @@ class Board final : private Hal {
     return mechanics_;
   }
   const Mechanics& mechanics() const { return mechanics_; }
+  // Of a world around the arm, at each of its steps: a joint at rest that nothing new touches stays
+  // at rest.
+  void set_contact(double force) {
+    if (force != mechanics_.contact()) mechanics().set_contact(force);
+  }
+  double take_drive(double duration) { return mechanics_.take_drive(duration); }
   Tmc5130Chip& driver() { return driver_; }
   Tle5012bChip& encoder() { return encoder_; }
   // Interface of an external controller.

@@ -77,7 +77,18 @@ Mechanics::Mechanics(const JointParameters& parameters) : parameters_(parameters
 void Mechanics::set_position(double position) {
   load_ = rotor_ = parameters_.reduction * position;
   rotor_ += slip_;
-  load_speed_ = rotor_speed_ = 0.0;
+  load_speed_ = rotor_speed_ = drive_speed_ = 0.0;
+}
+
+double Mechanics::load_inertia() const {
+  const double rotor = parameters_.coupling == 0.0 ? kRotorInertia : 0.0;
+  return (parameters_.load_inertia + rotor) * parameters_.reduction * parameters_.reduction;
+}
+
+double Mechanics::take_drive(double duration) {
+  const double change = (load_speed_ - drive_speed_) / parameters_.reduction;
+  drive_speed_ = load_speed_;
+  return load_inertia() * change / duration - contact();
 }
 
 double Mechanics::rotor_turns() const { return rotor_ * (1.0 / kTwoPi); }
@@ -120,7 +131,7 @@ void Mechanics::step(double motor) {
     rotor_ += rotor_speed_ * kStep;
     return;
   }
-  const double outside = wall_torque() + parameters_.gravity + push_ -
+  const double outside = wall_torque() + parameters_.gravity + push_ + contact_ -
                          parameters_.load_viscosity * load_speed_;
   const double rubbing = friction_factor_ * parameters_.load_friction;
   if (parameters_.coupling == 0.0) {

@@ -59,6 +59,14 @@ class Mechanics {
   void remove_stops() { lower_ = -1e9, upper_ = 1e9; }
   // Torque or force applied to the joint by hand [N m or N].
   void push(double force) { push_ = force / parameters_.reduction; }
+  // The same from bodies that touch the arm.
+  void set_contact(double force) { contact_ = force / parameters_.reduction; }
+  double contact() const { return contact_ * parameters_.reduction; }
+  // Mean of all other torques or forces on the load since the last call, `duration` ago, from the
+  // change of its momentum [N m or N].
+  double take_drive(double duration);
+  // What they accelerate, with the rotor where it is one with the load [kg m^2 or kg].
+  double load_inertia() const;
 
   const JointParameters& parameters() const { return parameters_; }
 
@@ -72,6 +80,8 @@ class Mechanics {
   double load_ = 0.0, load_speed_ = 0.0;
   double slip_ = 0.0;
   double push_ = 0.0;
+  double contact_ = 0.0;
+  double drive_speed_ = 0.0;
   double friction_factor_ = 1.0;
   bool belt_on_ = true;
   double coupling_damping_ = 0.0;
