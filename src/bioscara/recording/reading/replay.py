@@ -106,7 +106,7 @@ class ReplayedArm:
         events: Its events so far.
         sample: The newest sample.
         controllers_sample: None: a recording has no controllers of clients.
-        controllers_wanted: Without effect.
+        world_sample: The newest sample of the bodies around it; None before the first.
         changed: Called when there is a new sample, or a new event: then with True.
         ended: Whether the last sample is reached.
 
@@ -141,7 +141,7 @@ class ReplayedArm:
         self._begun: float | None = None
         self.sample: m.StateSample
         self.controllers_sample: m.ControllersSample | None = None
-        self.controllers_wanted = False
+        self.world_sample: m.WorldSample | None = None
         rates = [message.rate for _, message in self._said if isinstance(message, m.Description)]
         self._history = StateHistory(
             _sample(self._row, None).names, rates[0] if rates else _USUAL_RATE
@@ -184,6 +184,9 @@ class ReplayedArm:
         del what, text, client
         if self._begun is None:
             self._begun = time.monotonic()
+
+    def want(self, *, controllers: bool, world: bool) -> None:
+        """Do nothing: all that was recorded is sent."""
 
     def state_of(self, session: str, *, connected: bool, gone: bool, forgotten: bool) -> None:
         """Do nothing: a recording has no lease and no goals."""
