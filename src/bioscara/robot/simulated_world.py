@@ -118,7 +118,7 @@ class SimulatedWorld(ABC):
         """
         raise _elsewhere("save()")
 
-    def restore(self, snapshot: Any) -> None:
+    def restore(self, snapshot: Any) -> None:  # noqa: ARG002  of the subclass
         """Return to a state of this robot; simulated time goes on.
 
         The joints are enabled if they were then. The workspace stays as it is: what the tool
