@@ -19,7 +19,7 @@ from bioscara import Robot
 from bioscara.api.runtime import folder
 from bioscara.server.serve import ServeSettings, serving
 from bioscara.web.gateway import Gateway, GatewaySettings
-from physics.worlds import world
+from physics.served_world import arm_in_world
 from served import NAME, own_robot
 from simulated import simulated_bus
 from web.gateways import running_gateway
@@ -47,7 +47,7 @@ def main() -> None:
 
 def _robot(original: str, at: list[float], evidence: Path) -> Robot:
     if original == "WORLD":
-        return Robot.simulated(world=world(2), seed=1, homed=True, evidence=evidence)
+        return arm_in_world(evidence=evidence)
     arm = simulated_bus(v1=original.split(), seed=2, homed=bool(at), at=at or None).arm
     return own_robot(evidence, arm=arm)
 

@@ -8,10 +8,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from bioscara import Load, Pose, Prism
 from bioscara.robot.tasks.scope import Scope
 from dashboard.rig import Site, page_of, require_browser, site
-from physics.worlds import FLOOR
+from physics.worlds import FLOOR, A, pick
 from programs import wait_until
 
 pytestmark = pytest.mark.browser
@@ -20,7 +19,6 @@ DRAWN = """name => {
   const group = bioscara.view?.drawing.bodies.byName.get(name);
   return group ? [...group.position.toArray(), ...group.quaternion.toArray()] : null;
 }"""
-PLATE = Load("plate", Prism(0.0, 0.0, 0.06388, 0.04274, -0.008, 0.00635), 0.05, touches=("table",))
 
 
 @pytest.fixture(scope="module")
@@ -53,20 +51,20 @@ def card(page: Page, name: str) -> Locator:
 def test_disturbances_need_no_lease_and_are_seen(page: Page, world: Site) -> None:
     simulation = world.robot.simulation
     world.robot.acquire_lease(force=True)
-    assert drawn(page, "plate")[:3] == pytest.approx([0.35, 0.3, FLOOR], abs=1e-3)
+    assert drawn(page, "plate")[:3] == pytest.approx([A.x, A.y, FLOOR], abs=1e-3)
     assert drawn(page, "left jaw") is None
     tilt = card(page, "Tilt a nest")
     tilt.locator("select").select_option("b")
     tilt.get_by_role("button", name="Tilt it").click()
     wait_until(lambda: abs(drawn(page, "b")[4]) > 0.007, "the nest is drawn tilted")
     push = card(page, "Push a body")
-    push.locator("select").select_option("plate_1")
+    push.locator("select").select_option("spare")
     for value, field in zip(("0", "0", "3", "0.2"), push.locator("input").all(), strict=True):
         field.fill(value)
     code = push.locator("button.copy-python").evaluate("(button) => button.python()")
-    assert code == 'robot.simulation.push("plate_1", (0.0, 0.0, 3.0), 0.2)'
+    assert code == 'robot.simulation.push("spare", (0.0, 0.0, 3.0), 0.2)'
     push.get_by_role("button", name="Push it").click()
-    wait_until(lambda: drawn(page, "plate_1")[2] > 0.02, "the plate is drawn in the air")
+    wait_until(lambda: drawn(page, "spare")[2] > 0.02, "the plate is drawn in the air")
     obstacle = card(page, "Put an obstacle")
     obstacle.get_by_role("button", name="Put it there").click()
     wait_until(lambda: drawn(page, "obstacle"), "the obstacle is drawn")
@@ -98,12 +96,8 @@ def test_the_page_says_what_is_held_and_draws_the_jaws_where_they_are(
     robot.enable()
     robot.gripper.enable()
     robot.gripper.open()
-    above = Pose(0.35, 0.3, 0.1, 0.0)
-    robot.move_to(above)
-    robot.move_linear(above._replace(z=FLOOR + 0.008))
-    robot.gripper.grasp(PLATE)
+    pick(robot, A)
     expect(held).to_have_text("Holds plate.")
-    robot.move_linear(above)
     wait_until(lambda: drawn(page, "plate")[2] > 0.08, "the plate is drawn at the jaws")
     width = page.evaluate("bioscara.view.picture.positions.gripper")
     assert width == pytest.approx(robot.simulation.width, abs=5e-4)

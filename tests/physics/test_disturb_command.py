@@ -8,7 +8,7 @@ import pytest
 
 from bioscara.server.serve import Served
 from cli.said import Said
-from physics.worlds import world_served
+from physics.served_world import world_served
 from programs import wait_until
 from served import arm_served
 
@@ -28,15 +28,15 @@ def test_bodies_are_listed_pushed_tilted_added_and_removed(served: Served, said:
     simulation = served.robot.simulation
     lines = [line.split() for line in said.output("disturb").splitlines()]
     assert lines[0][:2] == ["body", "kind"]
-    assert ["plate", "labware", "0.3500", "0.3000", "0.0200"] in lines
+    assert ["plate", "labware", "0.3500", "0.2500", "0.0200"] in lines
     assert lines[-1] == ["held:", "nothing"]
     out = said.output("disturb push plate 0 0 3 --duration 0.2 --arm left")
     assert out == "plate is pushed for 0.2 s of the arm's time\n"
     wait_until(lambda: simulation.pose("plate").z > 0.03, "it jumps")
     assert said.output("disturb tilt b 0.002 --direction -1e-1") == "b is tilted by 2 mm\n"
     wait_until(lambda: simulation.pose("b").qy < -0.005, "it is tilted")
-    said("disturb obstacle crate -0.6 -0.6 0 -0.5 -0.5 0.1")
-    assert simulation.pose("crate")[1:4] == pytest.approx((-0.55, -0.55, 0.05))
+    assert "crate is in" in said.output("disturb obstacle crate -0.8 -0.8 0 -0.7 -0.7 0.1")
+    assert simulation.pose("crate")[1:4] == pytest.approx((-0.75, -0.75, 0.05))
     assert said.output("disturb remove crate") == "crate is away\n"
     assert "crate" not in [body.name for body in simulation.bodies]
 

@@ -19,7 +19,8 @@ from bioscara.remote.remote_simulation import placed
 from bioscara.robot.simulated_world import SimulatedWorld
 from bioscara.server.serve import Served
 from entries import entry
-from physics.worlds import FLOOR, world_served
+from physics.served_world import world_served
+from physics.worlds import FLOOR
 from served import NAME, RawClient, arm_served, events_since, eventually
 
 
@@ -108,7 +109,7 @@ def test_disturbances_that_cannot_be_are_refused(served: Served) -> None:
             "choose another name",
         ),
         "inside": (
-            m.AddObstacle(name="crate", lower=(0.3, 0.25, 0.0), upper=(0.4, 0.35, 0.1)),
+            m.AddObstacle(name="crate", lower=(0.3, 0.2, 0.0), upper=(0.4, 0.3, 0.1)),
             InvalidArgumentError,
             "mm deep in",
         ),

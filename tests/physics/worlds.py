@@ -1,34 +1,102 @@
-"""A world with a plate in one of two nests, and an owner that serves an arm in it."""
+"""Worlds for tests, and what is seen in them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
-from bioscara import Robot
-from bioscara.planning.world import Item, Labware, Nest, Table, World
-from bioscara.server.serve import Served, ServeSettings, serving
-from served import NAME, runtime_folder
+import numpy as np
 
+from bioscara import Load, Pose, Robot
+from bioscara.model.labware import Labware, labware_table
+from bioscara.physics.coupling import Coupling
+from bioscara.physics.world import PhysicsWorld
+from bioscara.planning.world import Item, Nest, Table, World
+
+TABLE = Table(height=0.0, lower=(-0.9, -0.9), upper=(0.9, 0.9))
+PLATE: Labware = labware_table()["microplate_96"]
+MASS = 0.05
 FLOOR = 0.02
-"""Height of the nests [m]."""
-PLATE = Labware((0.12776, 0.08548, 0.01435))
+"""Height of the nests' floors [m]."""
+A, B = (Nest(name=name, x=0.35, y=y, z=FLOOR) for name, y in (("a", 0.25), ("b", -0.25)))
 
 
-def world(items: int = 1) -> World:
-    """Return a table with two nests, and plates in and beside the first."""
-    nests = (Nest("a", 0.35, 0.3, FLOOR), Nest("b", 0.35, -0.2, FLOOR))
-    plates = [Item("plate", PLATE, 0.35, 0.3, FLOOR)]
-    plates += [Item(f"plate_{n}", PLATE, -0.5, -0.6 + 0.1 * n, 0.0) for n in range(1, items)]
-    return World(Table(0.0, (-0.8, -0.8), (0.8, 0.8)), (), nests, tuple(plates))
-
-
-@contextmanager
-def world_served(speed: float = 5.0, name: str = NAME, **settings: object) -> Iterator[Served]:
-    """Serve an arm that was used before, in that world, in a runtime folder of its own."""
-    with runtime_folder() as folder, Robot.simulated(world=world(), seed=1, homed=True) as robot:
-        given = ServeSettings(
-            name, "sim", evidence=folder / "faults", real_time_factor=speed, **settings
+def stack(*names: str, nest: Nest = A, mass: float = MASS) -> tuple[Item, ...]:
+    """Return plates on top of each other in a nest, the lowest first."""
+    return tuple(
+        Item(
+            name=name, labware=PLATE, x=nest.x, y=nest.y, z=nest.z + i * PLATE.stack_height,
+            yaw=nest.yaw, mass=mass, on=names[i - 1] if i else nest.name,
         )
-        with serving(robot, given) as served:
-            yield served
+        for i, name in enumerate(names)
+    )  # fmt: skip
+
+
+def transfer_world(*items: Item) -> World:
+    """Return a table with two nests half a metre apart, and these items."""
+    return World(table=TABLE, nests=(A, B), items=items)
+
+
+def simulated(world: World, **options: Any) -> Robot:
+    """Return a robot in a world, which plans with the table alone."""
+    robot = Robot.simulated(world=world, seed=1, homed=True, **options)
+    robot.scene = replace(type(robot.scene)(), table_height=0.0)
+    return robot
+
+
+LOAD = Load("plate", stack("plate")[0].shape_in_tool, MASS, ("table",))
+"""A plate as the arm carries it."""
+
+
+def pick(robot: Robot, nest: Nest, below: int = 0, up: float = 0.08) -> None:
+    """Take a plate out of a nest."""
+    place = held_at(nest, below)
+    robot.move_to(place.up(up))
+    robot.move_linear(place)
+    robot.gripper.grasp(LOAD)
+    robot.move_linear(place.up(up))
+
+
+def put(robot: Robot, nest: Nest, below: int = 0, up: float = 0.08) -> None:
+    """Put the plate that is held into a nest."""
+    place = held_at(nest, below)
+    robot.move_to(place.up(up))
+    robot.move_linear(place.up(3e-4))
+    robot.gripper.release()
+    robot.move_linear(place.up(up))
+
+
+def held_at(nest: Nest, below: int = 0) -> Pose:
+    """Return the pose of the tool that grips a plate in a nest, on top of this number of others."""
+    return Pose(nest.x, nest.y, nest.z + below * PLATE.stack_height + PLATE.grip_height, nest.yaw)
+
+
+def offset(robot: Robot, name: str, nest: Nest, below: int = 0) -> tuple[float, float]:
+    """Return how far a plate is from its place in a nest [m], and its rotation against it [rad]."""
+    pose = robot.simulation.pose(name)
+    place = np.array([nest.x, nest.y, nest.z + below * PLATE.stack_height])
+    turn = 2.0 * np.arccos(
+        min(abs(pose.qw * np.cos(nest.yaw / 2) + pose.qz * np.sin(nest.yaw / 2)), 1.0)
+    )
+    return float(np.linalg.norm(np.array(pose[1:4]) - place)), float(turn)
+
+
+class Watched:
+    """Looks at a world after each of its steps, through the function that the arm calls.
+
+    Args:
+        world: The world.
+        look: Gets the world.
+    """
+
+    def __init__(self, world: PhysicsWorld, look: Callable[[PhysicsWorld], object]) -> None:
+        self._world, self._look = world, look
+        coupling: Coupling = world._coupling
+        self._step = coupling.step
+        coupling.step = self.step  # type: ignore[method-assign]
+        world._couple()
+
+    def step(self) -> None:
+        self._step()
+        self._look(self._world)
