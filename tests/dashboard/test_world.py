@@ -90,7 +90,7 @@ def test_a_refused_disturbance_says_why(page: Page, world: Site) -> None:
 def test_the_page_says_what_is_held_and_draws_the_jaws_where_they_are(
     page: Page, world: Site
 ) -> None:
-    robot = world.robot
+    robot: Any = world.robot
     held = page.locator(".view-held")
     expect(held).to_have_text("Holds nothing.")
     robot.enable()

@@ -57,7 +57,7 @@ class ArmModel(msgspec.Struct, frozen=True):
     tool: str
     links: tuple[ModelLink, ...]
     joints: tuple[UrdfJoint, ...]
-    body_colors: dict[str, tuple[float, ...]]
+    body_colors: dict[str, tuple[float, float, float]]
 
 
 def model_of(parameters: ArmParameters) -> ArmModel:

@@ -186,15 +186,16 @@ class OwnerLink:
             reader.join(PATIENCE)
         self._fail(OwnerLostError(f"the connection to arm {self.name} was closed"))
 
-    def subscribe(self, *, states: bool, period: float = 0.0) -> None:
+    def subscribe(self, *, states: bool, period: float = 0.0, world: bool = False) -> None:
         """Let the owner send state samples, or not; events always come.
 
         Args:
             states: Whether to send them.
             period: Least time between two of them [s].
+            world: Whether to send samples of the bodies around a simulated arm.
         """
         self._subscription = msgspec.structs.replace(
-            self._subscription, states=states, period=period
+            self._subscription, states=states, period=period, world=world
         )
         self._subscribe()
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from bioscara.api import messages as m
+from bioscara.api.values import placed
 from bioscara.arguments import number, numbers, text
 from bioscara.errors import InvalidArgumentError
 from bioscara.physics.bodies import BodyPose, BodyShape
@@ -103,12 +104,6 @@ class RemoteSimulation(SimulatedWorld):
     def _state(self) -> m.SimulationState:
         state: m.SimulationState = self._ask(m.GetSimulation(), m.SimulationState)
         return state
-
-
-def placed(bodies: m.BodyList, sample: m.WorldSample) -> tuple[BodyPose, ...]:
-    """Return where all bodies are by a sample, in the order of their list."""
-    moved = {pose.name: pose for pose in sample.poses}
-    return tuple([moved.get(pose.name, pose) for pose in bodies.poses])
 
 
 def _vector(what: str, values: Sequence[float]) -> tuple[float, float, float]:

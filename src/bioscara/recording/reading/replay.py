@@ -45,12 +45,15 @@ _JSON: dict[str, type[Any]] = {
     Topic.WORKSPACE: m.WorkspaceState,
     Topic.STATISTICS: m.Statistics,
     Topic.PARAMETERS: m.Description,
+    Topic.BODY_LIST: m.BodyList,
+    Topic.WORLD: m.WorldSample,
 }
 _ANSWERS: dict[type[m.Command], type[m.Result]] = {
     m.GetDescription: m.Description,
     m.GetFaults: m.FaultList,
     m.GetWorkspace: m.WorkspaceState,
     m.GetStatistics: m.Statistics,
+    m.GetBodies: m.BodyList,
 }
 """Questions that the newest message of a kind answers."""
 _NOTHING: dict[type[m.Command], m.AnyResult] = {
@@ -168,6 +171,8 @@ class ReplayedArm:
             return self.sample
         if isinstance(command, m.GetHistory):
             return self._history.between(command.begin, command.end, command.points)
+        if isinstance(command, m.GetWorld) and self.world_sample is not None:
+            return self.world_sample
         if (nothing := _NOTHING.get(type(command))) is not None:
             return nothing
         answer: m.AnyResult | None = self._latest.get(_ANSWERS.get(type(command), m.Done))
@@ -217,9 +222,18 @@ class ReplayedArm:
             self._latest[type(message)] = message
             if isinstance(message, m.Event):
                 self.events.add(message)
+            elif isinstance(message, m.WorldSample):
+                self._take_world(message)
         if row is not None:
             self.sample = _sample(row, self._latest.get(ArmStatus))
         return row is not None
+
+    def _take_world(self, changed: m.WorldSample) -> None:
+        """Add what has changed since the sample before, of the same list of bodies."""
+        last = self.world_sample
+        known = last.poses if last is not None and last.version == changed.version else ()
+        poses = {pose.name: pose for pose in (*known, *changed.poses)}
+        self.world_sample = msgspec.structs.replace(changed, poses=tuple(poses.values()))
 
 
 async def serve_recording(
