@@ -1,4 +1,4 @@
-"""The bodies around a simulated arm in recordings: for Foxglove and RViz, for replay, as a table."""
+"""The bodies around a simulated arm in recordings: as messages, replayed, as a table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bioscara.recording.reading.replay import ReplayedArm
 from bioscara.remote import RemoteRobot
 from bioscara.rosbag.topics import Topic
 from physics.served_world import world_served
-from physics.worlds import A, FLOOR
+from physics.worlds import FLOOR, A
 from programs import wait_until
 from recording.served_arm import PLENTY, Recording, read
 from served import NAME, RawClient

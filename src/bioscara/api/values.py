@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from bioscara.control.faults.warning import ArmWarning
 from bioscara.hardware.interfaces import Quality
 from bioscara.hardware.link_frames import Transform
 from bioscara.model import ArmParameters
-from bioscara.physics.bodies import BodyPose
+from bioscara.physics.bodies import BodyBox, BodyPose, BodyShape
 from bioscara.planning import Trajectory
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.arm_bodies import GRIPPER
@@ -213,3 +213,16 @@ def body_transform(pose: BodyPose) -> Transform:
     """Return where a body is as the transform of its frame."""
     place, turn = (pose.x, pose.y, pose.z), (pose.qx, pose.qy, pose.qz, pose.qw)
     return Transform(_BASE, body_frame(pose.name), place, turn)
+
+
+def shown_boxes(shapes: Iterable[BodyShape]) -> list[tuple[BodyShape, int, BodyBox]]:
+    """Return the boxes of bodies, each with its body and its number in that.
+
+    The jaws are left out: the robot description shows them.
+    """
+    return [
+        (shape, number, box)
+        for shape in shapes
+        if shape.kind != "jaw"
+        for number, box in enumerate(shape.boxes)
+    ]

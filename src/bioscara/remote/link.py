@@ -186,16 +186,15 @@ class OwnerLink:
             reader.join(PATIENCE)
         self._fail(OwnerLostError(f"the connection to arm {self.name} was closed"))
 
-    def subscribe(self, *, states: bool, period: float = 0.0, world: bool = False) -> None:
+    def subscribe(self, *, states: bool, period: float = 0.0) -> None:
         """Let the owner send state samples, or not; events always come.
 
         Args:
             states: Whether to send them.
             period: Least time between two of them [s].
-            world: Whether to send samples of the bodies around a simulated arm.
         """
         self._subscription = msgspec.structs.replace(
-            self._subscription, states=states, period=period, world=world
+            self._subscription, states=states, period=period
         )
         self._subscribe()
 
@@ -213,6 +212,11 @@ class OwnerLink:
         self._subscription = msgspec.structs.replace(
             self._subscription, controllers=True, controllers_period=period
         )
+        self._subscribe()
+
+    def subscribe_to_world(self) -> None:
+        """Let the owner send samples of the bodies around a simulated arm."""
+        self._subscription = msgspec.structs.replace(self._subscription, world=True)
         self._subscribe()
 
     def _subscribe(self) -> None:

@@ -118,7 +118,7 @@ class RemoteRobot(ArmMethods):
         self._opened = self._closed = False
         self._workspace: tuple[m.WorkspaceState, Workspace] | None = None
         self._description: m.Description | None = None
-        self._simulation = RemoteSimulation(self._ask)
+        self._simulation = RemoteSimulation(self._ask, self._link.subscribe_to_world)
         self.gripper = RobotGripper(self.do, self._jaws)
         self.controllers = RemoteControllers(
             self._command_for, self._ask, self._link.subscribe_to_controllers
@@ -566,6 +566,8 @@ class RemoteRobot(ArmMethods):
         else:
             if isinstance(message, m.ControllersSample):
                 self.controllers.receive(message)
+            elif isinstance(message, m.WorldSample):
+                self._simulation.receive(message)
             return
         with self._registering:
             operation = self._operations.get(number)
@@ -589,7 +591,7 @@ class RemoteRobot(ArmMethods):
         if not self._closed:
             # The next owner may have other parameters.
             self._description = self._workspace = None
-            self._simulation = RemoteSimulation(self._ask)
+            self._simulation = RemoteSimulation(self._ask, self._link.subscribe_to_world)
         with self._registering:
             lost = list(self._operations.values())
             self._operations.clear()

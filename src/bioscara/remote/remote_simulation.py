@@ -18,10 +18,17 @@ class RemoteSimulation(SimulatedWorld):
 
     Args:
         ask: Sends a command to the owner, and returns its result, which is of the given type.
+        subscribe: Lets the owner send samples of the world.
+
+    Attributes:
+        newest: The newest sample since :meth:`subscribe`; None before the first.
     """
 
-    def __init__(self, ask: Callable[[Any, type[Any]], Any]) -> None:
-        self._ask = ask
+    def __init__(
+        self, ask: Callable[[Any, type[Any]], Any], subscribe: Callable[[], object]
+    ) -> None:
+        self._ask, self._subscribe = ask, subscribe
+        self.newest: m.WorldSample | None = None
         self._list: m.BodyList | None = None
 
     @property
@@ -85,6 +92,14 @@ class RemoteSimulation(SimulatedWorld):
     def faults(self) -> tuple[m.SimulatedFaultValue, ...]:
         """The simulated faults that last."""
         return self._state().faults
+
+    def subscribe(self) -> None:
+        """Let the owner send samples; an arm without a world sends none."""
+        self._subscribe()
+
+    def receive(self, sample: m.WorldSample) -> None:
+        """Take a sample; called in the thread of the connection."""
+        self.newest = sample
 
     def sample(self) -> m.WorldSample:
         """Return what is held, the width between the jaws, and the bodies that have moved."""

@@ -80,7 +80,8 @@ class ArmFeed:
                 self._answer(m.GetWorkspace(), m.WorkspaceState),
                 self._answer(m.GetFaults(), m.FaultList),
             )
-            self._link.subscribe(states=True, world=True)
+            self._link.subscribe(states=True)
+            self._link.subscribe_to_world()
         except BaseException:
             self._link.close()
             raise

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from bioscara.api.messages import BodyList, WorldSample
-from bioscara.api.values import body_frame, body_transform, placed
+from bioscara.api.values import body_frame, body_transform, placed, shown_boxes
 from bioscara.physics.bodies import COLOURS, BodyPose
 from bioscara.recording.writing.rare_messages import transforms_message
 from bioscara.rosbag.cdr import CdrMessage, put_stamp
@@ -16,8 +16,6 @@ _MOVED = 1e-5
 """Change of a coordinate [m], of a part of a quaternion, or of the width [m] that is written."""
 _CUBE, _ADD, _DELETE_ALL = 1, 0, 3
 """Numbers of visualization_msgs/Marker."""
-_JAW = "jaw"
-"""Kind of the bodies that the robot description shows already."""
 
 Messages = list[tuple[Topic, bytes]]
 
@@ -104,12 +102,7 @@ def markers_message(bodies: BodyList, stamp: int) -> bytes:
         bodies: The bodies; the jaws are left out.
         stamp: Their time [ns].
     """
-    boxes = [
-        (shape, number, box)
-        for shape in bodies.bodies
-        if shape.kind != _JAW
-        for number, box in enumerate(shape.boxes)
-    ]
+    boxes = shown_boxes(bodies.bodies)
     message = CdrMessage()
     message.uint32(1 + len(boxes))
     _marker(message, "", stamp, "", 0, _DELETE_ALL, (0.0,) * 3, (0.0,) * 3, (0.0,) * 4)
