@@ -1,0 +1,1 @@
+"""Bodies around the arm, by MuJoCo: the extra ``physics``, for images ``physics-view``."""
