@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from tools.meshes import read_stl, triangles
+from tools.meshes import triangles
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
 from bioscara.model.parts import drawing
+from bioscara.model.stl import read_stl
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
 from visual_meshes import visual_meshes
 
