@@ -104,7 +104,7 @@ def _adjacent() -> Iterator[tuple[str, str]]:
 
 
 def _set_options(spec: Any, engine: Any) -> None:
-    """Set the solver so that a gripped plate does not creep; docs/physics.md has the measurement."""
+    """Set the solver so that a gripped plate does not creep (docs/physics.md)."""
     option = spec.option
     option.timestep = 0.001
     option.integrator = engine.mjtIntegrator.mjINT_IMPLICITFAST

@@ -2,11 +2,11 @@
 
 ``motion`` has the commands that move the arm or plan. ``serving`` has the commands that let other
 programs use an arm, record or show it, ``owners`` those about arms that are served. ``setup`` has
-the commands for joints, boards, poses, tools and the model. A module has two functions: ``arguments`` adds
-those of its command to its parser, ``run`` carries it out with the parsed values and returns the
-exit status, or None for 0. It raises a ``BioscaraError`` where it is refused or fails before
-anything moved, for example because the arm cannot be used or no owner runs. The imports of an
-action are in ``run``: help and the refusal of wrong usage do not wait for them.
+the commands for joints, boards, poses, tools and the model. A module has two functions:
+``arguments`` adds those of its command to its parser, ``run`` carries it out with the parsed values
+and returns the exit status, or None for 0. It raises a ``BioscaraError`` where it is refused or
+fails before anything moved, for example because the arm cannot be used or no owner runs. The
+imports of an action are in ``run``: help and the refusal of wrong usage do not wait for them.
 """
 
 COMMANDS = {
