@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from bioscara.arguments import flag, number, shown
 from bioscara.bus import Bus
@@ -41,6 +41,10 @@ from bioscara.robot.tasks.task import Conditions, require_task
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
 
+if TYPE_CHECKING:
+    from bioscara.planning.world import World
+    from bioscara.robot.simulation import Simulation
+
 
 class Robot(ArmMethods):
     """A Bioscara arm of this process, and every other one by :meth:`connect`.
@@ -65,6 +69,7 @@ class Robot(ArmMethods):
         reduced_speed: Whether the tool keeps to 250 mm/s, even if more is commanded.
         pace_homing: Whether simulated homing is held back to real time.
         pace_motion: Whether simulated motion is held back to real time.
+        scene: Surroundings to keep clear of; none if None.
 
     Attributes:
         bus: The bus of the joints.
@@ -87,6 +92,7 @@ class Robot(ArmMethods):
         reduced_speed: bool = True,
         pace_homing: bool = False,
         pace_motion: bool = False,
+        scene: Scene | None = None,
     ) -> None:
         parameters = _require_parameters(parameters)
         self.bus, self.clock = bus, clock
@@ -95,6 +101,8 @@ class Robot(ArmMethods):
         self._servo = servo
         session = ArmSession(bus, clock, parameters, driver, rate=rate, evidence=evidence)
         workspace = Workspace.of(parameters, reduced_speed=reduced_speed)
+        if scene is not None:
+            workspace = workspace.with_scene(scene)
         self._arm = Arm(session, workspace, pace_homing=pace_homing, pace_motion=pace_motion)
         self._runner = Runner(self._arm)
         self.gripper = RobotGripper(self.do, self._jaws)
@@ -108,6 +116,7 @@ class Robot(ArmMethods):
         seed: int = 0,
         homed: bool = False,
         controllers_fed: bool = False,
+        world: World | Path | str | None = None,
         rate: int | None = None,
         evidence: Path | str = FAULTS,
         reduced_speed: bool = True,
@@ -125,19 +134,28 @@ class Robot(ArmMethods):
                 homing ends; they were just switched on otherwise.
             controllers_fed: Whether the joints' controllers get 5 V from elsewhere and stay on
                 without the supply of the arm, as on no existing arm.
+            world: Table, walls, nests and labware around the arm, or the file that has them: the
+                gripper grips and drops, the arm is stopped by what it hits, and plans keep clear of
+                them. Needs the physics engine of ``bioscara[physics]``.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             reduced_speed: Whether the tool keeps to 250 mm/s.
             pace_homing: Whether homing takes as long as on the arm.
             pace_motion: Whether motion takes as long as on the arm.
+
+        Raises:
+            ConfigurationError: The world cannot be used; the message names file and line.
+            NotSupportedError: There is a world, and the physics engine is not installed.
         """
         parameters = load_parameters() if parameters is None else _require_parameters(parameters)
+        around = _world_from(world)
         devices = simulated_devices(
-            parameters, v1=v1, seed=seed, homed=homed, controllers_fed=controllers_fed
+            parameters, v1=v1, seed=seed, homed=homed, controllers_fed=controllers_fed, world=around
         )
         return cls(
             **devices._asdict(),
             parameters=parameters,
+            scene=None if around is None else around.planned,
             rate=rate,
             evidence=evidence,
             reduced_speed=reduced_speed,
@@ -291,6 +309,18 @@ class Robot(ArmMethods):
         simulate_fault(self._runner, fault, joint, value)
 
     @property
+    def simulation(self) -> Simulation:
+        """The world around an arm that is simulated in this process.
+
+        Raises:
+            NotSupportedError: It has none.
+        """
+        # Imported here: it knows the physics engine.
+        from bioscara.robot.simulation import Simulation  # noqa: PLC0415
+
+        return Simulation(self)
+
+    @property
     def parameters(self) -> ArmParameters:
         return self._parameters
 
@@ -439,6 +469,17 @@ class Robot(ArmMethods):
         calls = [claim.name for claim in self._arm.arbiter.running]
         told = condition(fault, calls, pose, enabled=self.is_enabled)
         return Glance(self.description, told, states, len(self.warnings))
+
+
+def _world_from(world: World | Path | str | None) -> World | None:
+    # Imported here: few arms have one.
+    from bioscara.planning.world import World, read_world  # noqa: PLC0415
+
+    if world is None or isinstance(world, World):
+        return world
+    if not isinstance(world, str | Path):
+        raise InvalidArgumentError(f"the world is {shown(world)}; give a World, or its file")
+    return read_world(world)
 
 
 def _require_parameters(parameters: ArmParameters) -> ArmParameters:

@@ -145,6 +145,20 @@ class Runner:
         self.begin(operation)
         return operation.result(_PATIENCE)
 
+    def aside(self, name: str, work: Callable[[], T]) -> T:
+        """Call a function between two cycles, from any thread, whether the loop runs or not.
+
+        Args:
+            name: Name of the work in messages.
+            work: The function; it uses no device.
+
+        Raises:
+            NotInitializedError: The robot is not connected.
+        """
+        if self.arm.turn.mine:
+            return work()
+        return self.execute(BetweenCycles(name, lambda _: work(), frozenset()))
+
     def start(self, operation: Operation[Any]) -> None:
         """Begin an operation, and step it in a thread of its own or in that of :meth:`watch`.
 

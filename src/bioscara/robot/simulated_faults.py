@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from bioscara.errors import NotSupportedError
 from bioscara.robot.arm import Arm
-from bioscara.robot.operations.between_cycles import BetweenCycles
 from bioscara.robot.runner import Runner
 
 if TYPE_CHECKING:
@@ -48,9 +47,4 @@ def simulate_fault(runner: Runner, fault: str, joint: str, value: float | None) 
         LimitError: The value is outside its range.
     """
     bench = bench_of(runner.arm)
-    if runner.arm.turn.mine:
-        return bench.apply(fault, joint, value)
-    work = BetweenCycles(
-        "simulate_fault()", lambda _: bench.apply(fault, joint, value), frozenset()
-    )
-    return runner.execute(work)
+    return runner.aside("simulate_fault()", lambda: bench.apply(fault, joint, value))

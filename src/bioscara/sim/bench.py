@@ -258,12 +258,14 @@ class BenchBus(FirmwareBus):
 
     Attributes:
         bench: The bench.
+        world: The bodies around the arm, of a simulator above this one; None without.
     """
 
     def __init__(self, arm: SimulatedArm | None = None, seed: int = 0) -> None:
         super().__init__(arm)
         self._disturbed = FaultyBus(FirmwareBus(self.arm), seed, self.arm.clock)
         self.bench = Bench(self.arm, self._disturbed)
+        self.world: object = None
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
         """Carry out ``transactions`` in order, as far as the faults let them.

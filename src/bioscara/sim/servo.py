@@ -8,6 +8,7 @@ from bioscara.files.locked_folder import LockedFolder
 from bioscara.model import PwmOutput
 
 _NS = 1e9
+_FILES = ("period", "duty_cycle", "enable")
 
 
 class SimulatedServo:
@@ -35,7 +36,7 @@ class SimulatedServo:
         device = self.root / "devices" / output.device
         device.mkdir(parents=True)
         (chip / "device").symlink_to(device)
-        for name in ("period", "duty_cycle", "enable"):
+        for name in _FILES:
             (self._channel / name).write_text("0\n")
 
     def __enter__(self) -> SimulatedServo:
@@ -49,6 +50,16 @@ class SimulatedServo:
         if not int((self._channel / "enable").read_text()):
             return None
         return int((self._channel / "duty_cycle").read_text()) / _NS
+
+    @property
+    def output(self) -> tuple[str, ...]:
+        """What is written to the output: period, duty cycle and whether it is enabled."""
+        return tuple((self._channel / name).read_text() for name in _FILES)
+
+    @output.setter
+    def output(self, written: tuple[str, ...]) -> None:
+        for name, value in zip(_FILES, written, strict=True):
+            (self._channel / name).write_text(value)
 
     def close(self) -> None:
         """Remove the folder; safe to call twice."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from bioscara.arguments import flag, number, shown, whole
 from bioscara.bus import Transaction
@@ -16,7 +16,12 @@ from bioscara.protocol import ResetCause
 from bioscara.version import __version__
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
     from bioscara_firmware_sim import Arm
+
+    Values = npt.NDArray[np.float64]
+Step = Callable[[], object]
 
 _BOOT = 0.05
 _BOOT_ORIGINAL = 1.0
@@ -56,6 +61,22 @@ def _install(*options: str) -> str:
     if (sources / "pyproject.toml").is_file():
         return pip_install(*options, str(sources))
     return pip_install(*options, f"bioscara[sim]=={__version__}")
+
+
+class ArmSnapshot(NamedTuple):
+    """The state of a simulated arm at one time, for that arm alone.
+
+    Attributes:
+        state: Of the joints.
+        supply: Whether the arm has its supply.
+        returns: Time after which it has [s].
+        unplugged: Joints without a supply.
+    """
+
+    state: Arm
+    supply: bool
+    returns: float
+    unplugged: frozenset[str]
 
 
 class SimulatedArm:
@@ -112,7 +133,8 @@ class SimulatedArm:
         overhead = 0.0 if frequency is None else OVERHEAD[frequency]
         j1, j2, j3, j4 = (_ORIGINAL if name in originals else ours for name in JOINTS)
         self._arm = _native(seed, frequency or 0.0, overhead, (j1, j2, j3, j4))
-        self.clock = SimulatedClock(self._arm.now, self.run)
+        self._lost = 0.0
+        self.clock = SimulatedClock(self.now, self.run)
         for name, position in (positions or {}).items():
             self.set_position(name, position)
             # Moved before it was switched on, unobserved by its encoder.
@@ -120,8 +142,8 @@ class SimulatedArm:
         self._arm.run(_BOOT_ORIGINAL if originals else _BOOT)
 
     def now(self) -> float:
-        """Return the simulated time [s]."""
-        return self._arm.now()
+        """Return the simulated time [s]; it does not go back when a state is restored."""
+        return self._arm.now() + self._lost
 
     def run(self, duration: float) -> None:
         """Let ``duration`` [s] pass."""
@@ -140,6 +162,39 @@ class SimulatedArm:
             self.set_supply(True)
         return results
 
+    def set_world(
+        self, position: Values, velocity: Values, drive: Values, contact: Values, step: Step
+    ) -> None:
+        """Surround the arm by bodies that another simulator computes.
+
+        ``step`` is called at each multiple of 1.024 ms of the arm's time, also during transactions.
+        What it raises is raised once that time has passed, and the arm then has no world.
+
+        Args:
+            position: Receives the positions of the joints a slice ago [rad or m], shape (4,).
+            velocity: Receives their velocities a slice ago [rad/s or m/s].
+            drive: Receives the mean torque or force on each load since, without contact [N m or N].
+            contact: That of bodies on each joint during the next slice; from ``step``.
+            step: Moves the bodies by a slice. It must not refer to the arm.
+        """
+        self._arm.set_world(position, velocity, drive, contact, step)
+
+    def save(self) -> ArmSnapshot:
+        """Return the state of the joints: firmware, chips, motors and loads."""
+        state = type(self._arm)(self._arm)
+        return ArmSnapshot(state, self._supply, self._returns - self.now(), self._unplugged)
+
+    def restore(self, snapshot: ArmSnapshot) -> None:
+        """Return to a state of this arm; its time goes on.
+
+        Args:
+            snapshot: Of :meth:`save`.
+        """
+        self._lost += self._arm.now() - snapshot.state.now()
+        self._arm.assign(snapshot.state)
+        self._supply, self._unplugged = snapshot.supply, snapshot.unplugged
+        self._returns = self.now() + snapshot.returns
+
     # True state, independent of the firmware's measurements.
 
     def position(self, joint: str) -> float:
@@ -149,6 +204,10 @@ class SimulatedArm:
     def velocity(self, joint: str) -> float:
         """Return the true velocity of the joint [rad/s or m/s]."""
         return self._arm.velocity(self._number(joint))
+
+    def load_inertia(self, joint: str) -> float:
+        """Return what the torque or force on a joint's load accelerates [kg m^2 or kg]."""
+        return self._arm.load_inertia(self._number(joint))
 
     def field(self, joint: str) -> float:
         """Return the angle of the motor's field [microsteps of 1/256 step]."""

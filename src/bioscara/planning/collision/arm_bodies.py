@@ -72,7 +72,7 @@ GRIPPER = tuple(
 
 
 @lru_cache(maxsize=4)
-def _links(geometry: Geometry) -> tuple[Body, ...]:
+def links_of(geometry: Geometry) -> tuple[Body, ...]:
     """Return the links of the arm from its base to the wrist."""
     links = drawing(geometry)
     return tuple(
@@ -94,7 +94,7 @@ def arm_of(
     """
     point = Prism(tool.x, tool.y, 0.0, 0.0, tool.z, tool.z)
     return (
-        *_links(geometry),
+        *links_of(geometry),
         *(_placed(body, widths) for body in mounted),
         Body("tool", WRIST, (point,)),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from bioscara.arguments import flag, text
 from bioscara.bus import Bus
@@ -13,6 +13,10 @@ from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Gripper, Joint, Pwm
 from bioscara.model import ArmParameters, GripperParameters
 from bioscara.robot.connection.pacing import PacedClock
+
+if TYPE_CHECKING:
+    from bioscara.planning.world import World
+    from bioscara.sim import SimulatedServo
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
 """File in which the last width of a real gripper is stored."""
@@ -51,6 +55,7 @@ def simulated_devices(
     seed: int,
     homed: bool = False,
     controllers_fed: bool = False,
+    world: World | None = None,
 ) -> Devices:
     """Return the devices of an arm simulated in this process; arguments as ``Robot.simulated``."""
     # Imported here: the compiled firmware is a separate distribution.
@@ -66,12 +71,15 @@ def simulated_devices(
             joint.home()
             joint.disable()
     clock = PacedClock(arm.clock)
-    return Devices(
-        BenchBus(arm, int(seed)),
-        clock,
-        f"simulation, in this process{_firmware(v1)}",
-        *_simulated_gripper(parameters.gripper, clock),
-    )
+    gripper, servo = _simulated_gripper(parameters.gripper, clock)
+    benched = BenchBus(arm, int(seed))
+    if world is not None:
+        # Imported here: the physics engine is an extra.
+        from bioscara.physics.world import PhysicsWorld  # noqa: PLC0415
+
+        benched.world = PhysicsWorld(arm, servo, world, parameters)
+    description = f"simulation, in this process{_firmware(v1)}"
+    return Devices(benched, clock, description, gripper, servo)
 
 
 def devices_on(name: str, parameters: ArmParameters) -> Devices:
@@ -104,7 +112,7 @@ def real_gripper(parameters: ArmParameters, clock: Clock) -> Gripper:
     return Gripper(Pwm(jaws.outputs, clock), jaws, WIDTH_FILE.expanduser())
 
 
-def _simulated_gripper(jaws: GripperParameters, clock: Clock) -> tuple[Gripper, object]:
+def _simulated_gripper(jaws: GripperParameters, clock: Clock) -> tuple[Gripper, SimulatedServo]:
     """Return the driver of a simulated gripper and its servo."""
     from bioscara.sim import SimulatedServo  # noqa: PLC0415
 

@@ -1,0 +1,36 @@
+"""The physics engine, which is an extra."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+
+from bioscara.errors import NotSupportedError
+from bioscara.extras import pip_install
+
+OLDEST = (3, 4)
+"""Oldest version of MuJoCo with which the world is tested."""
+
+
+def mujoco() -> ModuleType:
+    """Return the module ``mujoco``.
+
+    Raises:
+        NotSupportedError: It is not installed, damaged or too old; names the command to install it.
+    """
+    remedy = pip_install("bioscara[physics]")
+    try:
+        module = import_module("mujoco")
+    except ImportError as error:
+        missing = isinstance(error, ModuleNotFoundError) and error.name == "mujoco"
+        why = "is not installed" if missing else f"cannot be loaded ({error})"
+        raise NotSupportedError(
+            f"a world needs the physics engine MuJoCo, which {why}: {remedy}"
+        ) from error
+    version: str = module.__version__
+    if tuple(int(part) for part in version.split(".")[:2]) < OLDEST:
+        oldest = ".".join(map(str, OLDEST))
+        raise NotSupportedError(
+            f"a world needs MuJoCo {oldest} or newer, and {version} is installed: {remedy}"
+        )
+    return module
