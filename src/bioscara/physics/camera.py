@@ -13,17 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError, NotSupportedError
 from bioscara.extras import install
+from bioscara.physics.engine import mujoco
 from bioscara.spelling import did_you_mean
-
-if TYPE_CHECKING:
-    import mujoco
 
 Triple = tuple[float, float, float]
 Image = npt.NDArray[np.uint8]
@@ -112,8 +110,8 @@ def camera_of(place: str | Camera) -> Camera:
 
 
 def render(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
+    model: Any,
+    data: Any,
     camera: str | Camera = "front",
     size: tuple[int, int] = (640, 480),
 ) -> Image:
@@ -125,8 +123,8 @@ def render(
     may step them meanwhile.
 
     Args:
-        model: The model.
-        data: Its state, of which the positions of bodies are computed.
+        model: The model, a ``mujoco.MjModel``.
+        data: Its state, a ``mujoco.MjData``, of which the positions of bodies are computed.
         camera: The camera, or the name of one of :data:`CAMERAS`.
         size: Width and height [pixels].
 
@@ -187,7 +185,7 @@ def _checked(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def _placed(
-    camera: Camera, data: mujoco.MjData
+    camera: Camera, data: Any
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return place, direction and upwards direction of a camera in the frame of the model."""
     origin, axes = np.zeros(3), np.eye(3)
@@ -215,7 +213,7 @@ class _Stage:
     """Draws a model at one size, in the thread that made it.
 
     Args:
-        model: The model.
+        model: The model, a ``mujoco.MjModel``.
         width: Width of the images [pixels].
         height: Their height [pixels].
 
@@ -223,42 +221,40 @@ class _Stage:
         NotSupportedError: As :func:`render`.
     """
 
-    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+    def __init__(self, model: Any, width: int, height: int) -> None:
         self._context = _context(width, height)
         # To be called before the end of EGL, which the first context has registered.
         atexit.unregister(_end)
         atexit.register(_end)
-        import mujoco  # noqa: PLC0415
-
-        self._mujoco = mujoco
+        self._engine = engine = mujoco("an image")
         self.model = model
         self._context.make_current()
-        self._drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
-        mujoco.mjr_resizeOffscreen(width, height, self._drawing)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
-        self._scene = mujoco.MjvScene(model, _GEOMS)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
-        self._rectangle = mujoco.MjrRect(0, 0, width, height)
+        self._drawing = engine.MjrContext(model, engine.mjtFontScale.mjFONTSCALE_100.value)
+        engine.mjr_resizeOffscreen(width, height, self._drawing)
+        engine.mjr_setBuffer(engine.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
+        self._scene = engine.MjvScene(model, _GEOMS)
+        self._scene.flags[engine.mjtRndFlag.mjRND_SHADOW] = 0
+        self._rectangle = engine.MjrRect(0, 0, width, height)
         self._image = np.empty((height, width, 3), dtype=np.uint8)
 
     def draw(
         self,
-        data: mujoco.MjData,
+        data: Any,
         position: npt.NDArray[np.float64],
         forward: npt.NDArray[np.float64],
         up: npt.NDArray[np.float64],
         field_of_view: float,
     ) -> Image:
         """Return an image of the bodies where the state has them."""
-        mujoco = self._mujoco
+        engine = self._engine
         self._context.make_current()
-        mujoco.mjv_updateScene(
+        engine.mjv_updateScene(
             self.model,
             data,
-            mujoco.MjvOption(),
+            engine.MjvOption(),
             None,
-            mujoco.MjvCamera(),
-            mujoco.mjtCatBit.mjCAT_ALL.value,
+            engine.MjvCamera(),
+            engine.mjtCatBit.mjCAT_ALL.value,
             self._scene,
         )
         top = _NEAR * math.tan(0.5 * field_of_view)
@@ -272,8 +268,8 @@ class _Stage:
                 light.pos, light.dir = position, forward
                 light.ambient, light.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
                 light.specular = [0.0] * 3
-        mujoco.mjr_render(self._rectangle, self._scene, self._drawing)
-        mujoco.mjr_readPixels(self._image, None, self._rectangle, self._drawing)
+        engine.mjr_render(self._rectangle, self._scene, self._drawing)
+        engine.mjr_readPixels(self._image, None, self._rectangle, self._drawing)
         return self._image[::-1].copy()
 
     def __del__(self) -> None:
