@@ -97,7 +97,7 @@ def test_masses_limits_and_friction_are_those_of_the_description(
         mass = link.find("inertial/mass")
         if mass is not None and link.attrib["name"] != "virtual_gripper":
             assert float(model.body(link.attrib["name"]).mass[0]) == pytest.approx(
-                float(mass.attrib["value"])
+                float(mass.attrib["value"]), rel=1e-5
             )
     for joint in PARAMETERS.joints:
         assert model.joint(joint.name).range == pytest.approx((joint.lower, joint.upper), abs=1e-5)
