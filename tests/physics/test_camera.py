@@ -131,6 +131,16 @@ def test_same_bits_in_every_thread_and_after_other_sizes_and_models(
     assert all((each == first).all() for each in seen)
 
 
+def test_lights_cast_no_shadows(boxes: tuple[Any, Any]) -> None:
+    lamp = '<light pos="0.9 0.2 1.5" dir="-0.3 0 -1" castshadow="{}"/></worldbody>'
+    lit = [
+        render(*scene(BOXES.replace("</worldbody>", lamp.format(cast))), "top", (320, 240))
+        for cast in ("true", "false")
+    ]
+    assert (lit[0] == lit[1]).all()
+    assert (lit[0] != render(*boxes, "top", (320, 240))).any()
+
+
 def test_a_png_holds_every_pixel(boxes: tuple[Any, Any]) -> None:
     image = render(*boxes, "front", (321, 243))
     with Image.open(io.BytesIO(png(image))) as read:
