@@ -11,7 +11,7 @@ a temporary folder of ``files``.
 from bioscara.sim.bench import Bench as Bench, BenchBus as BenchBus
 from bioscara.sim.firmware_bus import FirmwareBus as FirmwareBus
 from bioscara.sim.onlooker import Onlooker as Onlooker
-from bioscara.sim.server import serve as serve
+from bioscara.sim.server import pwm_folder as pwm_folder, serve as serve
 from bioscara.sim.servo import SimulatedServo as SimulatedServo
 from bioscara.sim.simulated_arm import SimulatedArm as SimulatedArm
 from bioscara.sim.socket_bus import SocketBus as SocketBus

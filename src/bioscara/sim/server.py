@@ -14,6 +14,7 @@ from pathlib import Path
 from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
+from bioscara.model import load_parameters
 from bioscara.processes.scheduling import ProcessorWait, wake_on_time
 from bioscara.sim.framing import (
     TEXT_MAX,
@@ -28,6 +29,7 @@ from bioscara.sim.framing import (
     expect,
     next_frame,
 )
+from bioscara.sim.servo import SimulatedServo
 from bioscara.sim.simulated_arm import JOINTS, SimulatedArm
 
 _STEP = 0.002
@@ -59,6 +61,7 @@ def serve(
     clock: Clock | None = None,
     listening: Callable[[], None] = lambda: None,
     report: Callable[[str], None] = lambda _: None,
+    servo: SimulatedServo | None = None,
 ) -> None:
     """Run the arm behind a Unix socket until ``cancelled``.
 
@@ -80,23 +83,40 @@ def serve(
         clock: Real time; the machine's monotonic clock by default, as that of the hosts.
         listening: Called once clients can connect.
         report: Receives a sentence when a host leaves for which the arm's time waited.
+        servo: The servo of its gripper; a new one if None. Hosts find its PWM output at
+            :func:`pwm_folder`.
 
     Raises:
         BusUnavailableError: The socket cannot be created, or already has a listener.
     """
     path = str(path)
     listener = _listen(path)
+    if servo is None:
+        servo = SimulatedServo(load_parameters().gripper.outputs[0])
+    output = pwm_folder(path)
     server = _Server(arm, listener, MonotonicClock() if clock is None else clock, report)
     wake_on_time()
     try:
+        output.unlink(missing_ok=True)
+        output.symlink_to(servo.root)
         listening()
         while not cancelled():
             server.step()
     finally:
         server.close()
         listener.close()
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(path)
+        for made in (path, output):
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(made)
+
+
+def pwm_folder(path: str | Path) -> Path:
+    """Return the folder of the PWM outputs of a simulated arm, in place of ``/sys/class/pwm``.
+
+    Args:
+        path: Path of the arm's socket.
+    """
+    return Path(f"{path}.pwm")
 
 
 class _Client:

@@ -92,15 +92,13 @@ def devices_on(name: str, parameters: ArmParameters) -> Devices:
     if name == "sim":
         return simulated_devices(parameters, v1=False, seed=0)
     if kind == "sim" and where:
-        from bioscara.sim import SocketBus  # noqa: PLC0415
+        from bioscara.sim import SocketBus, pwm_folder  # noqa: PLC0415
 
-        served = SocketBus(Path(where))
-        return Devices(
-            served,
-            served.clock,
-            f"simulation, in the process behind {where}",
-            *_simulated_gripper(parameters.gripper, served.clock),
-        )
+        served, jaws = SocketBus(Path(where)), parameters.gripper
+        pwm = Pwm(jaws.outputs, served.clock, pwm_folder(where))
+        gripper = Gripper(pwm, jaws, pwm_folder(where) / "width")
+        description = f"simulation, in the process behind {where}"
+        return Devices(served, served.clock, description, gripper, None)
     clock = MonotonicClock()
     bus = open_bus(name, ("sim", "sim:/path.sock", _SERVED))
     return Devices(bus, clock, f"real arm on {name}", real_gripper(parameters, clock), None)
