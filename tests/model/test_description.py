@@ -19,6 +19,7 @@ from bioscara.model import load_parameters
 from bioscara.model.parts import MASSES, drawing
 from bioscara.model.stl import read_stl
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
+from bioscara.sim import SimulatedArm
 from visual_meshes import visual_meshes
 
 PARAMETERS = load_parameters()
@@ -135,6 +136,11 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
     assert gripper == pytest.approx(load_parameters().geometry.tool_mass, abs=5e-3)
     turned = pin.crba(model, model.createData(), configuration(pin, model, np.zeros(4), 0.08))
     assert 0.3 < turned[0, 0] < 0.9
+    # The simulated joints have loads of their own, from other sources (docs/model.md).
+    arm = SimulatedArm()
+    for index, rotor in enumerate((0.0, 13.57, 0.0, 0.0)):
+        load = arm.load_inertia(f"j{index + 1}") - rotor
+        assert 0.7 < turned[index, index] / load < 2.6
 
 
 def _assert_within(link: ET.Element, mass: float, largest: float) -> None:

@@ -9,7 +9,7 @@ from bioscara.model.parts import MASSES
 from bioscara.model.urdf import mesh_file, urdf_of
 
 _OF_MUJOCO = '<mujoco><compiler strippath="false" fusestatic="false"/></mujoco>'
-"""MuJoCo would search the meshes without their folders, and drop the frames of fixed links."""
+"""Else MuJoCo drops the frames of fixed links, and before version 4 the folders of meshes."""
 
 
 def portable_urdf(parameters: ArmParameters) -> tuple[str, dict[str, bytes]]:
