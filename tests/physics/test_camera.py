@@ -1,4 +1,4 @@
-"""Images: what is where the projection says, the same bits, and what is refused."""
+"""Images: places by the law of projection, the same bits, and refusals."""
 
 from __future__ import annotations
 

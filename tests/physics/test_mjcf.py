@@ -1,4 +1,4 @@
-"""The arm as a model of MuJoCo by itself, loaded from the folder that is exported."""
+"""The arm as a model of MuJoCo, loaded from the folder that is exported."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def glb(parameters: ArmParameters) -> bytes:
 
 
 def _extras(joint: UrdfJoint) -> dict[str, Any]:
-    """Return what a viewer needs to know of a joint."""
+    """Return type, axis, limits and mimic of a joint, for viewers."""
     names = ("type", "axis", "lower", "upper")
     told = {name: getattr(joint, name) for name in names}
     return told | ({"mimic": msgspec.to_builtins(joint.mimic)} if joint.mimic else {})

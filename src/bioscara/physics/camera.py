@@ -119,8 +119,8 @@ def render(
 
     A light is at the camera, so that the model needs none. The first image of a thread and size
     takes longer: its renderer is made, and kept as long as the model stays the same object. It
-    belongs to the thread, as OpenGL requires. Nothing of model and data changes; no other thread
-    may step them meanwhile.
+    belongs to the thread, as OpenGL requires. Model and data do not change, and no other thread may
+    step them during the call.
 
     Args:
         model: The model, a ``mujoco.MjModel``.
@@ -284,7 +284,7 @@ _ended = False
 
 
 def _end() -> None:
-    """Free what the main thread has; that of others goes with the process."""
+    """Free the renderers of the main thread; those of others end with the process."""
     global _ended  # noqa: PLW0603
     _of_thread.__dict__.clear()
     _ended = True

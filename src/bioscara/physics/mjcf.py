@@ -1,4 +1,4 @@
-"""The arm as a model of MuJoCo by itself, for programs that have no simulated firmware."""
+"""The arm as a model of MuJoCo, for programs that have no simulated firmware."""
 
 from __future__ import annotations
 
