@@ -233,7 +233,8 @@ class _Stage:
         engine.mjr_resizeOffscreen(width, height, self._drawing)
         engine.mjr_setBuffer(engine.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
         self._scene = engine.MjvScene(model, _GEOMS)
-        self._scene.flags[engine.mjtRndFlag.mjRND_SHADOW] = 0
+        for costly in (engine.mjtRndFlag.mjRND_SHADOW, engine.mjtRndFlag.mjRND_REFLECTION):
+            self._scene.flags[costly] = 0
         self._rectangle = engine.MjrRect(0, 0, width, height)
         self._image = np.empty((height, width, 3), dtype=np.uint8)
 
