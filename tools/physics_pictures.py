@@ -25,15 +25,12 @@ START = (-0.5, 0.15, 1.1, -0.6)
 """Where the arm stands [rad, m, rad, rad]: in front of its column, in sight of both cameras."""
 
 
-def make(robot: Robot, folder: Path, cameras: Sequence[str] = CAMERAS) -> list[Path]:
-    """Write a picture of a simulated robot's world for each camera; return the files."""
+def make(robot: Robot, folder: Path) -> None:
+    """Write a picture of a simulated robot's world for each camera."""
     world = world_of(robot.runner.arm)
-    made = []
-    for camera in cameras:
+    for camera in CAMERAS:
         picture = Image.fromarray(render(world.model, world.data, camera, SIZE))
-        made.append(folder / f"physics-{camera}.png")
-        picture.quantize(128).save(made[-1], optimize=True)
-    return made
+        picture.quantize(128).save(folder / f"physics-{camera}.png", optimize=True)
 
 
 def main(words: Sequence[str]) -> None:
@@ -41,8 +38,7 @@ def main(words: Sequence[str]) -> None:
     path, folder = (*(Path(word) for word in words), *(WORLD, IMAGES)[len(words) :])
     with Robot.simulated(world=path, homed=True) as robot:
         robot.move_joints(START)
-        for file in make(robot, folder):
-            print(file)
+        make(robot, folder)
 
 
 if __name__ == "__main__":
