@@ -25,6 +25,8 @@ from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene
 
 VERSION = 1
 """Version of the format that is read."""
+WORLD_VERSION = 2
+"""Version of the format of worlds, which have bodies as well."""
 _Corner = tuple[float, float, float]
 
 
@@ -72,13 +74,18 @@ def _zone(values: object) -> _Box | _Cylinder:
     return _Cylinder.parsed(values)
 
 
+Zones = tuple[Annotated[_Box | _Cylinder, Before(_zone)], ...]
+"""The zones in a file; :func:`made_zones` makes those of a scene from them."""
+Margin = Annotated[float, Within(*MARGINS, "m")]
+
+
 class _Scene(Checked):
     """A scene file."""
 
     version: Annotated[int, Within(1, 10**6)]
     table_height: Annotated[float, Within(-FAR, FAR, "m")] | None
-    margin: Annotated[float, Within(*MARGINS, "m")]
-    zones: tuple[Annotated[_Box | _Cylinder, Before(_zone)], ...]
+    margin: Margin
+    zones: Zones
 
     def problems(self) -> Iterator[Problem]:
         """Yield names that are there twice."""
@@ -99,15 +106,34 @@ def read_scene(path: Path | str) -> Scene:
             missing, or a value is invalid; the message names file and line.
     """
     file = YamlFile.load(Path(path), str(path))
+    if file.at(("version",)) == WORLD_VERSION:
+        raise ConfigurationError(
+            f"{file.place(('version',))}version {WORLD_VERSION} is a world with bodies, not a "
+            "scene; give it as --world FILE, or read_world(FILE)"
+        )
+    return scene_in(file)
+
+
+def scene_in(file: YamlFile) -> Scene:
+    """Return the scene in a file that was read; errors as :func:`read_scene`."""
     file.check_version("version", VERSION)
     scene = _Scene.checked(file.values, file.place)
-    zones = []
-    for index, zone in enumerate(scene.zones):
+    return Scene(made_zones(scene.zones, file), scene.table_height, scene.margin)
+
+
+def made_zones(zones: Zones, file: YamlFile) -> tuple[Box | Cylinder, ...]:
+    """Return the zones of a file.
+
+    Raises:
+        ConfigurationError: One is not possible; the message names file and line.
+    """
+    made = []
+    for index, zone in enumerate(zones):
         try:
-            zones.append(zone.made())
+            made.append(zone.made())
         except ConfigurationError as error:
             raise ConfigurationError(f"{file.place(('zones', index))}{error}") from error
-    return Scene(tuple(zones), scene.table_height, scene.margin)
+    return tuple(made)
 
 
 def save_scene(path: Path, scene: Scene) -> None:
