@@ -179,13 +179,14 @@ def test_cameras_and_sizes_without_meaning_are_refused(boxes: tuple[Any, Any]) -
 PROGRAM = f"""
 import sys, threading
 {{before}}
-import mujoco
 from bioscara.errors import NotSupportedError
 from bioscara.physics.camera import render
-model = mujoco.MjModel.from_xml_string('''{BOXES}''')
-data = mujoco.MjData(model)
-mujoco.mj_forward(model, data)
+from bioscara.physics.engine import mujoco
 try:
+    engine = mujoco()
+    model = engine.MjModel.from_xml_string('''{BOXES}''')
+    data = engine.MjData(model)
+    engine.mj_forward(model, data)
     print(render(model, data).shape)
 except NotSupportedError as error:
     print(error)
@@ -205,6 +206,7 @@ def test_a_program_ends_without_a_word_and_says_what_is_missing(boxes: tuple[Any
     assert said() == "(480, 640, 3)\n"
     # A choice of a window is not followed.
     assert said(MUJOCO_GL="glfw") == "(480, 640, 3)\n"
+    assert "leave the variable out" in said(MUJOCO_GL="graphics")
     assert "[physics-view]" in said('sys.modules["OpenGL"] = None')
     refused = said(PYOPENGL_PLATFORM="x11")
     assert "PYOPENGL_PLATFORM" in refused

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from types import ModuleType
 
@@ -29,6 +30,12 @@ def mujoco(what: str = "a world") -> ModuleType:
         why = "is not installed" if missing else f"cannot be loaded ({error})"
         raise NotSupportedError(
             f"{what} needs the physics engine MuJoCo, which {why}: {remedy}"
+        ) from error
+    # It imports what $MUJOCO_GL chooses, and of that any error.
+    except Exception as error:
+        raise NotSupportedError(
+            f"{what} needs the physics engine MuJoCo, which cannot be loaded ({error}) with "
+            f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}: leave the variable out"
         ) from error
     version: str = module.__version__
     if tuple(int(part) for part in version.split(".")[:2]) < OLDEST:
