@@ -14,7 +14,8 @@ from bioscara.physics.world import PhysicsWorld
 from bioscara.sim import SimulatedArm, SimulatedServo
 from bioscara.sim.simulated_arm import JOINTS
 from programs import LIMIT, environment
-from physics.worlds import A, TABLE, Watched, World, plate, simulated, transfer_world
+from bioscara.planning.world import Nest, World
+from physics.worlds import TABLE, Watched, simulated, stack, transfer_world
 
 START = [0.0, 0.2, 0.0, 0.0]
 
@@ -35,7 +36,7 @@ def trace(robot: Robot) -> bytes:
 
 
 def test_an_arm_that_touches_nothing_moves_with_the_same_bits() -> None:
-    world = transfer_world(plate(), plate("second", below=1))
+    world = transfer_world(*stack("plate", "second"))
     alone = Robot.simulated(seed=1, homed=True)
     assert trace(simulated(world)) == trace(alone)
 
@@ -84,12 +85,8 @@ def test_a_wall_stalls_the_arm_which_recovers(
 
 
 def test_plates_below_stall_the_lift() -> None:
-    world = World(
-        table=TABLE,
-        items=tuple(
-            plate(f"p{i}", below=i)._replace(x=0.73, y=0.0, z=i * 0.01285) for i in range(2)
-        ),
-    )
+    below = Nest(name="below", x=0.73, y=0.0, z=0.01)
+    world = World(table=TABLE, nests=(below,), items=stack("lower", "upper", nest=below))
     with simulated(world) as robot:
         robot.enable()
         robot.move_joints(START)
@@ -105,7 +102,7 @@ def test_plates_below_stall_the_lift() -> None:
 PROGRAM = """
 from physics.worlds import *
 
-with simulated(transfer_world(plate())) as robot:
+with simulated(transfer_world(*stack("plate"))) as robot:
     robot.enable()
     robot.gripper.open()
     pick(robot, A)
@@ -131,7 +128,7 @@ def test_a_restored_state_goes_on_with_the_same_bits() -> None:
 
     parameters = load_parameters()
     servo = SimulatedServo(parameters.gripper.outputs[0])
-    world = PhysicsWorld(arm, servo, transfer_world(plate(), plate("second", below=1)), parameters)
+    world = PhysicsWorld(arm, servo, transfer_world(*stack("plate", "second")), parameters)
     arm.run(0.5)
     world.push("second", (1.0, 0.5, 0.0), 0.2)
     arm.push("j1", 3.0)
@@ -153,7 +150,7 @@ def test_steps_of_any_length_give_the_same_bits() -> None:
 
         parameters = load_parameters()
         servo = SimulatedServo(parameters.gripper.outputs[0])
-        world = PhysicsWorld(arm, servo, transfer_world(plate(nest=A)), parameters)
+        world = PhysicsWorld(arm, servo, transfer_world(*stack("plate")), parameters)
         world.push("plate", (2.0, 1.0, 0.0), 0.2)
         for _ in range(round(1.0 / step)):
             arm.run(step)

@@ -9,14 +9,16 @@ import pytest
 
 from bioscara import Pose, Robot
 from bioscara.physics import arm_model, servo_force
-from physics.worlds import A, B, FLOOR, MASS, PLATE, held_at, load, offset, pick, plate, put, simulated, transfer_world
+from physics.worlds import (
+    A, B, FLOOR, LOAD, MASS, PLATE, held_at, offset, pick, put, simulated, stack, transfer_world,
+)  # fmt: skip
 
 GRAVITY = 9.81
 
 
 @pytest.mark.parametrize("mass", [0.04, 0.06])
 def test_a_plate_is_carried_within_half_a_millimetre(mass: float) -> None:
-    with simulated(transfer_world(plate(mass=mass))) as robot:
+    with simulated(transfer_world(*stack("plate", mass=mass))) as robot:
         robot.enable()
         robot.gripper.open()
         pick(robot, A)
@@ -46,7 +48,7 @@ def in_hand(robot: Robot) -> np.ndarray:
 
 
 def test_a_plate_is_placed_in_the_other_nest() -> None:
-    with simulated(transfer_world(plate())) as robot:
+    with simulated(transfer_world(*stack("plate"))) as robot:
         robot.enable()
         robot.gripper.open()
         pick(robot, A)
@@ -58,8 +60,7 @@ def test_a_plate_is_placed_in_the_other_nest() -> None:
 
 
 def test_a_stack_of_four_is_moved_plate_by_plate() -> None:
-    items = [plate(f"p{i}", below=i) for i in range(4)]
-    with simulated(transfer_world(*items)) as robot:
+    with simulated(transfer_world(*stack("p0", "p1", "p2", "p3"))) as robot:
         robot.enable()
         robot.gripper.open()
         for moved in range(4):
@@ -73,7 +74,7 @@ def test_a_stack_of_four_is_moved_plate_by_plate() -> None:
 
 
 def test_a_plate_falls_when_the_pulses_end() -> None:
-    with simulated(transfer_world(plate())) as robot:
+    with simulated(transfer_world(*stack("plate"))) as robot:
         robot.enable()
         robot.gripper.open()
         pick(robot, A)
@@ -93,7 +94,7 @@ def test_a_plate_is_held_by_friction(
     needed = MASS * GRAVITY / (2.0 * arm_model.PAD_FRICTION[0]) + arm_model.JAW_FRICTION
     torque = share * needed / math.radians(3333.3)
     monkeypatch.setattr(servo_force, "TORQUE", torque)
-    with simulated(transfer_world(plate())) as robot:
+    with simulated(transfer_world(*stack("plate"))) as robot:
         robot.enable()
         robot.gripper.open()
         pick(robot, A, up=0.05)
@@ -102,12 +103,12 @@ def test_a_plate_is_held_by_friction(
 
 
 def test_jaws_that_miss_hold_nothing() -> None:
-    with simulated(transfer_world(plate())) as robot:
+    with simulated(transfer_world(*stack("plate"))) as robot:
         robot.enable()
         robot.gripper.open()
         place = held_at(A)
         above = Pose(place.x, place.y, place.z + 0.05, place.yaw)
         robot.move_to(above)
-        robot.gripper.grasp(load())
+        robot.gripper.grasp(LOAD)
         assert robot.simulation.held is None
         assert robot.simulation.width == pytest.approx(robot.gripper.width, abs=2e-4)

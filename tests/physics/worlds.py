@@ -8,24 +8,29 @@ from typing import Any
 
 import numpy as np
 
-from bioscara import Load, Pose, Prism, Robot
+from bioscara import Load, Pose, Robot
 from bioscara.model.labware import Labware, labware_table
 from bioscara.physics.coupling import Coupling
 from bioscara.physics.world import PhysicsWorld
 from bioscara.planning.world import Item, Nest, Table, World
 
-TABLE = Table(0.0, (-0.9, -0.9), (0.9, 0.9))
+TABLE = Table(height=0.0, lower=(-0.9, -0.9), upper=(0.9, 0.9))
 PLATE: Labware = labware_table()["microplate_96"]
 MASS = 0.05
 FLOOR = 0.02
 """Height of the nests' floors [m]."""
-A, B = Nest("a", 0.35, 0.25, FLOOR), Nest("b", 0.35, -0.25, FLOOR)
+A, B = (Nest(name=name, x=0.35, y=y, z=FLOOR) for name, y in (("a", 0.25), ("b", -0.25)))
 
 
-def plate(name: str = "plate", nest: Nest = A, below: int = 0, mass: float = MASS) -> Item:
-    """Return a plate in a nest, on top of this number of others."""
-    height = nest.z + below * PLATE.stack_height
-    return Item(name, PLATE, nest.x, nest.y, height, nest.yaw, mass)
+def stack(*names: str, nest: Nest = A, mass: float = MASS) -> tuple[Item, ...]:
+    """Return plates on top of each other in a nest, the lowest first."""
+    return tuple(
+        Item(
+            name=name, labware=PLATE, x=nest.x, y=nest.y, z=nest.z + i * PLATE.stack_height,
+            yaw=nest.yaw, mass=mass, on=names[i - 1] if i else nest.name,
+        )
+        for i, name in enumerate(names)
+    )  # fmt: skip
 
 
 def transfer_world(*items: Item) -> World:
@@ -40,10 +45,8 @@ def simulated(world: World, **options: Any) -> Robot:
     return robot
 
 
-def load(mass: float = MASS, grip: float | None = None) -> Load:
-    """Return a plate as the arm carries it."""
-    (x, y, z), low = PLATE.size, PLATE.grip_height if grip is None else grip
-    return Load("plate", Prism.between((-x / 2, -y / 2, -low), (x / 2, y / 2, z - low)), mass, ("table",))
+LOAD = Load("plate", stack("plate")[0].shape_in_tool, MASS, ("table",))
+"""A plate as the arm carries it."""
 
 
 def pick(robot: Robot, nest: Nest, below: int = 0, up: float = 0.08) -> None:
@@ -51,7 +54,7 @@ def pick(robot: Robot, nest: Nest, below: int = 0, up: float = 0.08) -> None:
     place = held_at(nest, below)
     robot.move_to(place.up(up))
     robot.move_linear(place)
-    robot.gripper.grasp(load())
+    robot.gripper.grasp(LOAD)
     robot.move_linear(place.up(up))
 
 
