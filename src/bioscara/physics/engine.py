@@ -48,5 +48,5 @@ def mujoco(what: str = "a world") -> ModuleType:
 
 
 def is_installed() -> bool:
-    """Return whether there is a module ``mujoco``, of whatever version."""
+    """Return whether there is a module ``mujoco``, of any version."""
     return find_spec("mujoco") is not None
