@@ -1,7 +1,7 @@
 """The arm in a world: an image of the simulated joints that pushes and is pushed.
 
-Its links have the planner's shapes and no weight of their own: what drives a joint is what the
-simulated mechanics say, and what it accelerates is their load.
+Its links have the planner's shapes and no weight of their own: the simulated mechanics give the
+torque that drives a joint, and the inertia of its load.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 
 from bioscara.kinematics import Geometry
 from bioscara.model import GripperParameters
+from bioscara.model.solids import Upright
 from bioscara.physics.bodies import COLOURS, BodyBox
 from bioscara.physics.engine import mujoco
 from bioscara.planning.collision.arm_bodies import (
@@ -92,7 +93,7 @@ def add_arm(
             name=_GROUPS[frame], type=slide, axis=[0.0, side, 0.0], armature=JAW_INERTIA,
             range=[jaws.lower / 2.0, jaws.upper / 2.0], limited=True, frictionloss=JAW_FRICTION,
         )  # fmt: skip
-        _damp(joint, JAW_DAMPING)
+        damp(joint, JAW_DAMPING)
     for body in (*links_of(geometry), *GRIPPER):
         _add_shapes(made[body.frame], body)
     for one, other in ((BASE, COLUMN), (LEFT_JAW, RIGHT_JAW)):
@@ -110,7 +111,7 @@ def add_arm(
     servo.gainprm[0], servo.biasprm[1] = STIFFNESS, -STIFFNESS
 
 
-def geoms_of(shape: Prism) -> Iterator[tuple[bool, tuple[float, ...], tuple[float, ...]]]:
+def geoms_of(shape: Prism | Upright) -> Iterator[tuple[bool, tuple[float, ...], tuple[float, ...]]]:
     """Yield the boxes and cylinders whose union is an upright shape of no rotation.
 
     Args:
@@ -154,7 +155,7 @@ def _body(parent: Any, name: str, place: Sequence[float]) -> Any:
     )  # fmt: skip
 
 
-def _damp(joint: Any, damping: float) -> None:
+def damp(joint: Any, damping: float) -> None:
     """Set the damping of a joint: a number before version 4, three since."""
     if isinstance(joint.damping, float):
         joint.damping = damping
