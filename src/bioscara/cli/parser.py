@@ -70,6 +70,13 @@ class Options(argparse.Namespace):
     full_speed: bool = False
     start: Sequence[float] | None = None
     table: Path | None = None
+    scene: Path | None = None
+    world: Path | None = None
+
+    @property
+    def surroundings(self) -> Path | None:
+        """File of ``--scene`` or ``--world``, whichever is given."""
+        return self.world or self.scene
 
     def typed(self, *more: str) -> str:
         """Return the command as typed, with further words, for a shell."""

@@ -114,7 +114,7 @@ def _support(
         return Conflict(
             item.name,
             f"{item.name} stands on nothing: its bottom is at z = {item.z:g} m, and below its "
-            f"centre there is {heights or 'nothing'}; correct its place, or give 'on'",
+            f"centre there is {heights or 'nothing'}; correct its place",
         )
     for nest in nests:
         if nest.name == standing[0].name:
