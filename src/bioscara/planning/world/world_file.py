@@ -117,7 +117,7 @@ class Piece(Checked):
     x: Coordinate | None = None
     y: Coordinate | None = None
     z: Coordinate | None = None
-    yaw: Angle = 0.0
+    yaw: Angle | None = None
     mass: Mass | None = None
 
     @classmethod
@@ -133,15 +133,13 @@ class Piece(Checked):
 
     def problems(self) -> Iterator[Problem]:
         """Yield a place that is missing or given twice."""
-        given = [name for name in _PLACE if getattr(self, name) is not None]
-        if self.place is None:
-            for name in _PLACE:
-                if name not in given:
-                    yield Problem(
-                        "is missing; give x, y and z, or what it stands on: 'on'", (name,)
-                    )
-        elif given or self.yaw:
-            yield Problem("it follows from 'place'; leave out one of them", (*given, "yaw")[:1])
+        missing = [name for name in _PLACE if getattr(self, name) is None]
+        if self.place is None and missing:
+            text = "is missing; give x, y and z, or 'place': what it stands on"
+            yield Problem(text, (missing[0] if len(missing) < len(_PLACE) else "place",))
+        given = [name for name in (*_PLACE, "yaw") if getattr(self, name) is not None]
+        if self.place is not None and given:
+            yield Problem("follows from 'place'; leave out one of them", (given[0],))
 
     @property
     def names(self) -> list[str]:
@@ -150,7 +148,7 @@ class Piece(Checked):
 
     def items(self, kind: Labware, below: Nest | Item | None) -> Iterator[Item]:
         """Yield the items, the lowest first; ``below`` is what ``place`` names."""
-        x, y, z, yaw = self.x or 0.0, self.y or 0.0, self.z or 0.0, self.yaw
+        x, y, z, yaw = self.x or 0.0, self.y or 0.0, self.z or 0.0, self.yaw or 0.0
         if below is not None:
             x, y, z, yaw = below.x, below.y, below.top, below.yaw
         mass = kind.mass if self.mass is None else self.mass
@@ -267,7 +265,7 @@ class _Reading:
             yield nest
         for index, hotel in enumerate(self._written.hotels):
             place = ("hotels", index)
-            for nest in self._made(place, hotel.nests()):
+            for nest in self._made(place, hotel.name, hotel.nests()):
                 self._places.setdefault(nest.name, place)
                 yield nest
 
@@ -283,24 +281,21 @@ class _Reading:
                 if name is not None and name not in known:
                     thing = "kind of labware" if what == "kind" else "nest or labware"
                     hint = did_you_mean(name, known, f"there are {', '.join(sorted(known))}")
-                    self._refuse(
-                        (*place, what),
-                        f"{piece.name}, {what}: there is no {thing} {name!r}; {hint}",
-                    )
+                    text = f"{piece.name}, {what}: there is no {thing} {name!r}; {hint}"
+                    self._refuse((*at, what), text)
         there: dict[str, Nest | Item] = {**nests}
         items: list[Item] = []
         while waiting:
-            ready = [at for at, piece in waiting.items() if piece.place is None or piece.place in there]
+            ready = [at for at, each in waiting.items() if each.place in {None, *there}]
             if not ready:
-                place, piece = next(iter(waiting.items()))
-                self._refuse(
-                    place, f"{piece.name} stands on itself, by way of {piece.place}; correct 'place'"
-                )
-            for place in ready:
-                piece = waiting.pop(place)
+                at, piece = next(iter(waiting.items()))
+                text = f"{piece.name} stands on itself, by way of {piece.place}; correct 'place'"
+                self._refuse((*at, "place"), text)
+            for at in ready:
+                piece = waiting.pop(at)
                 below = None if piece.place is None else there[piece.place]
-                for item in self._made(place, piece.items(kinds[piece.kind], below)):
-                    self._places.setdefault(item.name, place)
+                for item in self._made(at, piece.name, piece.items(kinds[piece.kind], below)):
+                    self._places.setdefault(item.name, at)
                     there.setdefault(item.name, item)
                     items.append(item)
         return items
@@ -317,12 +312,12 @@ class _Reading:
                 )
         return labware_table(*files)
 
-    def _made(self, place: Location, bodies: Iterator[Body]) -> Iterator[Body]:
-        """Yield bodies; refuse values that follow from others, as the height in a high stack."""
+    def _made(self, place: Location, name: str, bodies: Iterator[Body]) -> Iterator[Body]:
+        """Yield the bodies of an entry; refuse what follows from it, as a height in a stack."""
         try:
             yield from bodies
         except ConfigurationError as error:
-            self._refuse(place, str(error))
+            self._refuse(place, f"{name}: {error}")
 
     def _refuse(self, place: Location, text: str) -> NoReturn:
         raise ConfigurationError(f"{self._file.place(place)}{text}") from None
