@@ -42,7 +42,7 @@ def at_width(scene: Scene, width: float, pose: Pose) -> tuple[float, str]:
 def test_jaws_take_labware_between_them_and_touch_it_nowhere_else(kind: str) -> None:
     # A lid is lower than the fingers' margin from a nest, and taken from a plate.
     below = (on(A, name="below"),) if "lid" in kind else ()
-    plate = on(*(below or (A,)), kind)
+    plate = on(below[0] if below else A, kind)
     scene = World(table=TABLE, nests=(A,), items=(*below, plate)).planned
     grip = plate.grip
     slack = goal_slack(scene.margin)

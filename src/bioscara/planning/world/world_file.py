@@ -158,7 +158,7 @@ class Piece(Checked):
             z, on = z + kind.stack_height, name
 
 
-class Stack(Piece):
+class LabwareStack(Piece):
     """Labware of one kind on one another: ``NAME/1`` is the lowest, and stands as a piece does.
 
     Attributes:
@@ -205,7 +205,7 @@ class WorldFile(Checked):
     walls: tuple[Wall, ...] = ()
     nests: tuple[Nest, ...] = ()
     hotels: tuple[Hotel, ...] = ()
-    stacks: tuple[Stack, ...] = ()
+    stacks: tuple[LabwareStack, ...] = ()
     labware: tuple[Piece, ...] = ()
 
     def problems(self) -> Iterator[Problem]:
