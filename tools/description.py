@@ -13,6 +13,7 @@ from typing import Any
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.model.loading import EXISTING_ARMS
+from bioscara.model.parts import MASSES
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
 from tools import generated
 from tools.generated import update
@@ -82,6 +83,8 @@ def write(folder: Path, *, check: bool = False) -> list[Path]:
     for target in (URDF, SRDF):
         # Of the files before, which it includes.
         text = render(folder / f"{target.name}.xacro")
+        if target is URDF:
+            text = text.replace("-->\n", f"-->\n<!-- {MASSES} -->\n", 1)
         stale += update({folder / target.name: text}, check=check)
     return stale
 

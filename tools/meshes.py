@@ -14,11 +14,8 @@ import numpy as np
 from bioscara.model import GeometryParameters
 from bioscara.model.parts import Link, Part, drawing
 from bioscara.model.solids import AXES, Array, Solid
+from bioscara.model.stl import HEADER, TRIANGLE
 
-TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-"""Record of one triangle."""
-HEADER = 80
-"""Bytes of free text before the number of triangles."""
 FINISHES = ("printed", "metal")
 """Every link is drawn as two meshes: its printed parts, and its metal and rubber ones."""
 WALL = 0.004
@@ -93,12 +90,6 @@ def stl(solids: tuple[Solid, ...]) -> bytes:
     records["normal"] = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).round(5) + 0.0
     records["corners"] = exact.round(6) + 0.0
     return bytes(HEADER) + len(records).to_bytes(4, "little") + records.tobytes()
-
-
-def read_stl(content: bytes) -> Array:
-    """Return the triangles of a binary STL file, shape (n, 3 corners, 3)."""
-    records = np.frombuffer(content, TRIANGLE, offset=HEADER + 4)
-    return records["corners"].astype(np.float64)
 
 
 def triangles(solid: Solid) -> Array:

@@ -9,7 +9,7 @@ from typing import Literal
 
 from bioscara.errors import NotSupportedError
 
-Extra = Literal["plot", "export", "web"]
+Extra = Literal["plot", "export", "web", "physics", "physics-view"]
 """The extras of ``pyproject.toml`` that users need."""
 
 

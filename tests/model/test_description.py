@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from tools.meshes import read_stl, triangles
+from tools.meshes import triangles
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
-from bioscara.model.parts import drawing
+from bioscara.model.parts import MASSES, drawing
+from bioscara.model.stl import read_stl
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF, mesh_file
+from bioscara.sim import SimulatedArm
 from visual_meshes import visual_meshes
 
 PARAMETERS = load_parameters()
@@ -124,6 +126,7 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
         a, b, c = np.linalg.eigvalsh(matrix)
         assert a > 0.0
         assert a + b >= c  # no body has another inertia
+        _assert_within(link, masses[link.attrib["name"]], c)
     assert set(masses) == {*BODIES, "virtual_gripper"}
     # Mass on the lift, and inertia about the column with the arm stretched: about the
     # load with which the simulated joints behave as the real ones.
@@ -133,6 +136,35 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
     assert gripper == pytest.approx(load_parameters().geometry.tool_mass, abs=5e-3)
     turned = pin.crba(model, model.createData(), configuration(pin, model, np.zeros(4), 0.08))
     assert 0.3 < turned[0, 0] < 0.9
+    # The simulated joints have loads of their own, from other sources (docs/model.md).
+    arm = SimulatedArm()
+    for index, rotor in enumerate((0.0, 13.57, 0.0, 0.0)):
+        load = arm.load_inertia(f"j{index + 1}") - rotor
+        assert 0.7 < turned[index, index] / load < 2.6
+
+
+def _assert_within(link: ET.Element, mass: float, largest: float) -> None:
+    """Assert that a link's mass can be that of its parts: its density, its centre, its inertia."""
+    names = [mesh.attrib["filename"] for mesh in link.iterfind("collision/geometry/mesh")]
+    if not names:
+        return
+    meshes = [trimesh.load_mesh(mesh_file(name)) for name in names]
+    # Plastic that is not filled, with some metal.
+    assert 300.0 < mass / sum(mesh.volume for mesh in meshes) < 1300.0
+    origin = link.find("inertial/origin")
+    assert origin is not None
+    centre = np.array([float(part) for part in origin.attrib["xyz"].split()])
+    points = np.concatenate([mesh.vertices for mesh in meshes]) - centre
+    # A point is in the hull if in no direction all corners are behind it.
+    directions = np.random.default_rng(3).normal(size=(2000, 3))
+    assert (directions @ points.T).max(axis=1).min() > 0.0
+    assert largest < mass * (points**2).sum(axis=1).max()
+
+
+def test_the_description_says_where_masses_come_from() -> None:
+    text = URDF.read_text()
+    assert "estimates from the drawing" in text
+    assert MASSES in text
 
 
 def test_disabled_pairs_never_touch_and_all_others_are_checked(pin: Any, share: Path) -> None:

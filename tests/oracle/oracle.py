@@ -18,8 +18,8 @@ import coal
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
-from tools.meshes import read_stl
 
+from bioscara.model.stl import read_stl
 from bioscara.model.urdf import URDF, mesh_file
 from oracle.solids import Array, Solid, solid, split
 

@@ -8,10 +8,11 @@ from collections import defaultdict
 import numpy as np
 import pinocchio as pin
 import pytest
-from tools.meshes import read_stl, triangles
+from tools.meshes import triangles
 
 from bioscara.model import load_parameters
 from bioscara.model.parts import drawing
+from bioscara.model.stl import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
 from oracle.oracle import HAND, JOINED, LINKS, Oracle, load, solids
 from oracle.plant import CARRYING, ELBOW, LOWER, UPPER

@@ -14,6 +14,8 @@ from typing import Any
 import pytest
 import yaml
 
+from bioscara.export.model_files import export_model
+from bioscara.model import load_parameters
 from programs import LIMIT, started
 from ros.rig import rig
 from ros.share import PACKAGES, scene
@@ -93,6 +95,17 @@ def test_the_arm_alone_with_a_prefix_has_its_own_topics(
         f"left_{name}": f"/left/gazebo/left_{name}/position" for name in MOVABLE[:4]
     }
     assert converted(judge, tmp_path, scene(prefix))["followed"] == {}
+
+
+def test_the_exported_description_is_read_without_a_warning(judge: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "exported"
+    export_model("urdf", folder, load_parameters())
+    urdf = ET.parse(folder / "bioscara.urdf").getroot()
+    model = converted(judge, tmp_path, urdf)
+    assert set(model["links"]) == set(LINKS)
+    assert set(model["joints"]) == {*MOVABLE, "base_joint"}
+    assert all(link["valid"] for link in model["links"].values())
+    assert sum(link["bodies"] for link in model["links"].values()) == 40
 
 
 @pytest.mark.ros

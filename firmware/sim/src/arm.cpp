@@ -31,8 +31,9 @@ void Arm::assign(const Arm& other) {
   unknown_ = other.unknown_;
   stretch_ = other.stretch_;
   now_ = other.now_;
-  position_ = other.position_;
+  travel_ = other.travel_;
   velocity_ = other.velocity_;
+  contact_ = other.contact_;
   std::vector<std::unique_ptr<Board>> boards;
   for (const auto& board : other.boards_) boards.push_back(board->copy());
   boards_ = std::move(boards);
@@ -62,10 +63,10 @@ void Arm::advance(Time now) {
 void Arm::set_world(World world) {
   world_ = std::move(world);
   for (std::size_t i = 0; i < kJoints; ++i) {
-    boards_[i]->take_drive(1.0);
     const Mechanics& mechanics = std::as_const(*boards_[i]).mechanics();
-    position_[i] = mechanics.position();
+    travel_[i] = mechanics.travel();
     velocity_[i] = mechanics.velocity();
+    contact_[i] = mechanics.contact();
   }
 }
 
@@ -78,9 +79,17 @@ void Arm::step_world() {
   constexpr double kDuration = static_cast<double>(kSlice) / kSecond;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const Mechanics& mechanics = std::as_const(*boards_[i]).mechanics();
-    world_.position[i] = std::exchange(position_[i], mechanics.position());
-    world_.velocity[i] = std::exchange(velocity_[i], mechanics.velocity());
-    world_.drive[i] = boards_[i]->take_drive(kDuration);
+    const double moved = mechanics.travel() - travel_[i];
+    const double velocity = moved / kDuration;
+    // A torque in one slice changes the mean velocity of that slice and of the next, by half each.
+    const double contact = (mechanics.contact() + contact_[i]) / 2.0;
+    world_.position[i] = mechanics.position() - moved;
+    world_.velocity[i] = velocity_[i];
+    world_.drive[i] =
+        mechanics.load_inertia() * (velocity - velocity_[i]) / kDuration - contact;
+    travel_[i] = mechanics.travel();
+    velocity_[i] = velocity;
+    contact_[i] = mechanics.contact();
   }
   try {
     world_.step();

@@ -28,8 +28,9 @@ class Arm {
   static constexpr Time kSlice = 10'240;
 
   // Bodies around the arm, which another simulator computes. It sees the joints as they were a
-  // slice ago and what drove them since, and moves its own bodies, and its image of the arm, by
-  // that slice; the torques or forces of bodies on the joints then act during the next one.
+  // slice ago, with their mean velocity in the slice before that, and what changed it since. With
+  // these it moves its own bodies, and its image of the arm, by that slice: the image is then where
+  // the joints are. The torques or forces of bodies on the joints act during the next slice.
   struct World {
     // Of the joints, j1 first [rad or m, and per second; N m or N].
     double *position, *velocity, *drive;
@@ -49,7 +50,7 @@ class Arm {
   void assign(const Arm& other);
 
   double now() const { return static_cast<double>(now_) / kSecond; }
-  // Throws what a step of the world threw, once the time has passed; it then has no world.
+  // Throws the exception of a step of the world, once the time has passed; it then has no world.
   void run(double seconds);
   // A world that is stepped at each multiple of the slice from now on.
   void set_world(World world);
@@ -84,8 +85,8 @@ class Arm {
   Time now_ = 0;
   World world_{};
   std::exception_ptr failure_;
-  // The joints a slice ago.
-  std::array<double, kJoints> position_{}, velocity_{};
+  // The joints a slice ago, and torques or forces of contact in the slice before that.
+  std::array<double, kJoints> travel_{}, velocity_{}, contact_{};
 };
 
 }  // namespace bioscara::sim

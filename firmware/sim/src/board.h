@@ -70,7 +70,6 @@ class Board final : private Hal {
   void set_contact(double force) {
     if (force != mechanics_.contact()) mechanics().set_contact(force);
   }
-  double take_drive(double duration) { return mechanics_.take_drive(duration); }
   Tmc5130Chip& driver() { return driver_; }
   Tle5012bChip& encoder() { return encoder_; }
   // Interface of an external controller.

@@ -75,20 +75,16 @@ Mechanics::Mechanics(const JointParameters& parameters) : parameters_(parameters
 }
 
 void Mechanics::set_position(double position) {
+  const double before = load_;
   load_ = rotor_ = parameters_.reduction * position;
+  jumped_ += load_ - before;
   rotor_ += slip_;
-  load_speed_ = rotor_speed_ = drive_speed_ = 0.0;
+  load_speed_ = rotor_speed_ = 0.0;
 }
 
 double Mechanics::load_inertia() const {
   const double rotor = parameters_.coupling == 0.0 ? kRotorInertia : 0.0;
   return (parameters_.load_inertia + rotor) * parameters_.reduction * parameters_.reduction;
-}
-
-double Mechanics::take_drive(double duration) {
-  const double change = (load_speed_ - drive_speed_) / parameters_.reduction;
-  drive_speed_ = load_speed_;
-  return load_inertia() * change / duration - contact();
 }
 
 double Mechanics::rotor_turns() const { return rotor_ * (1.0 / kTwoPi); }
@@ -108,6 +104,7 @@ void Mechanics::slip(double distance) {
   const double motor = parameters_.reduction * distance;
   slip_ -= motor;
   load_ += motor;
+  jumped_ += motor;
 }
 
 double Mechanics::wall_torque() const {

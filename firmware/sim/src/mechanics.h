@@ -62,10 +62,9 @@ class Mechanics {
   // The same from bodies that touch the arm.
   void set_contact(double force) { contact_ = force / parameters_.reduction; }
   double contact() const { return contact_ * parameters_.reduction; }
-  // Mean of all other torques or forces on the load since the last call, `duration` ago, from the
-  // change of its momentum [N m or N].
-  double take_drive(double duration);
-  // What they accelerate, with the rotor where it is one with the load [kg m^2 or kg].
+  // How far it has moved, without jumps such as those of set_position [rad or m].
+  double travel() const { return (load_ - jumped_) / parameters_.reduction; }
+  // What torques or forces accelerate, with the rotor where it is one with the load [kg m^2 or kg].
   double load_inertia() const;
 
   const JointParameters& parameters() const { return parameters_; }
@@ -81,7 +80,7 @@ class Mechanics {
   double slip_ = 0.0;
   double push_ = 0.0;
   double contact_ = 0.0;
-  double drive_speed_ = 0.0;
+  double jumped_ = 0.0;
   double friction_factor_ = 1.0;
   bool belt_on_ = true;
   double coupling_damping_ = 0.0;

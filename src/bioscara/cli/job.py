@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bioscara.cli.arm_parameters import overlay_notes
 from bioscara.cli.motion import Progress, tool_line
@@ -106,6 +106,87 @@ class Job:
     notes: tuple[str, ...]
     scene: Scene
 
+    @property
+    def introduction(self) -> str:
+        """What is going to be done, in words."""
+        return f"trajectory: {self.source}, {self.planned.duration:.2f} s"
+
+    def cycles(self, period: float) -> int:
+        """Return how many records its motion has, about."""
+        return int(self.planned.duration / period)
+
+    def keep(self, folder: RunFolder) -> None:
+        """Write what is planned into the folder of the run."""
+        _keep_trajectory(folder, self.planned)
+
+    def perform(
+        self, robot: ArmMethods, folder: RunFolder, progress: Progress, options: Options
+    ) -> JobResult:
+        """Move the arm, which is homed."""
+        planned = self.planned
+        names = [joint.name for joint in robot.parameters.joints]
+        if options.arm is not None or len(self.trajectory.joint_names) < len(names):
+            # Where the other joints are; an owner has its own speed, tool and load.
+            planned = checked(self.trajectory, robot.plan).trajectory
+            _keep_trajectory(folder, planned)
+        progress.phase("following the trajectory")
+        motion = robot.follow(self.trajectory, approach=True, on_cycle=progress.cycle)
+        # Those of an owner: it has its own speed, tool and load.
+        notes = tuple(f"note: {note}" for note in motion.notes if note not in self.notes)
+        held = _held(self.trajectory, planned, robot.parameters, options)
+        return JobResult(planned.duration, notes, held)
+
+
+class JobResult(NamedTuple):
+    """What a job has done.
+
+    Attributes:
+        duration: Of the motion [s]; NaN if it did not end.
+        notes: Notes on it that are known only afterwards.
+        facts: Notes for the report alone.
+        measured: Measurements in the simulated world, in words.
+    """
+
+    duration: float = math.nan
+    notes: tuple[str, ...] = ()
+    facts: tuple[str, ...] = ()
+    measured: tuple[str, ...] = ()
+
+
+class AnyJob(Protocol):
+    """A run of a command: a trajectory to follow, or an object to carry."""
+
+    @property
+    def title(self) -> str:
+        """Name of the run."""
+
+    @property
+    def source(self) -> str:
+        """Origin of the motion, in words."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes for the user."""
+
+    @property
+    def scene(self) -> Scene:
+        """Surroundings to keep clear of."""
+
+    @property
+    def introduction(self) -> str:
+        """What is going to be done, in words."""
+
+    def cycles(self, period: float) -> int:
+        """Return how many records its motion has, about."""
+
+    def keep(self, folder: RunFolder) -> None:
+        """Write what is planned into the folder of the run."""
+
+    def perform(
+        self, robot: ArmMethods, folder: RunFolder, progress: Progress, options: Options
+    ) -> JobResult:
+        """Move the arm, which is homed."""
+
 
 def prepare(
     path: Path,
@@ -157,17 +238,17 @@ def prepare(
 
 
 class _Result(NamedTuple):
-    """Result of a motion: fields of :class:`RunSummary`, and the trajectory."""
+    """Result of a motion: fields of :class:`RunSummary`, and what was done."""
 
     outcome: Outcome
     message: str
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
-    planned: Trajectory
+    done: JobResult
 
 
-def run_job(job: Job, parameters: ArmParameters, options: Options, output: Output) -> ExitStatus:
-    """Home the arm, execute the plan, leave the arm disabled and write the report.
+def run_job(job: AnyJob, parameters: ArmParameters, options: Options, output: Output) -> ExitStatus:
+    """Home the arm, do what the job is, leave the arm disabled and write the report.
 
     Raises:
         BioscaraError: The run was refused or failed before anything moved.
@@ -181,17 +262,17 @@ def run_job(job: Job, parameters: ArmParameters, options: Options, output: Outpu
             robot.scene = job.scene
         introduce(robot, options, output.line)
         require_acknowledgement(robot, options)
-        output.line(f"trajectory: {job.source}, {job.planned.duration:.2f} s")
+        output.line(job.introduction)
         for note in job.notes:
             output.line(f"note: {note}")
         names = tuple(joint.name for joint in robot.parameters.joints)
         folder = RunFolder.create(
             path,
             names,
-            _HOMING_CYCLES + int(job.planned.duration / robot.period),
+            _HOMING_CYCLES + job.cycles(robot.period),
         )
         try:
-            _keep_trajectory(folder, job.planned)
+            job.keep(folder)
         except InvalidArgumentError:
             folder.discard()
             raise
@@ -219,14 +300,15 @@ def run_job(job: Job, parameters: ArmParameters, options: Options, output: Outpu
                 JointInfo(joint.name, joint.address, joint.unit, firmware)
                 for joint, firmware in zip(robot.parameters.joints, robot.firmware, strict=True)
             ),
-            planned_duration=result.planned.duration,
+            planned_duration=result.done.duration,
             notes=(
                 *overlay_notes(options, parameters),
                 *job.notes,
-                *_held(job.trajectory, result.planned, parameters, options),
+                *result.done.facts,
                 *result.warnings,
             ),
             faults=result.faults,
+            measured=result.done.measured,
         )
     return _finish(summary, history, folder, observer.problem, output)
 
@@ -243,7 +325,7 @@ def _keep_trajectory(folder: RunFolder, planned: Trajectory) -> None:
 
 def _move(
     robot: ArmMethods,
-    job: Job,
+    job: AnyJob,
     folder: RunFolder,
     progress: Progress,
     observer: Observer,
@@ -252,20 +334,11 @@ def _move(
     """Move the arm, leave it at rest and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
-    planned, notes = job.planned, list[str]()
+    done = JobResult()
     try:
         progress.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(on_cycle=progress.cycle)
-        if options.arm is not None or len(job.trajectory.joint_names) < len(
-            robot.parameters.joints
-        ):
-            # Where the other joints are; an owner has its own speed, tool and load.
-            planned = checked(job.trajectory, robot.plan).trajectory
-            _keep_trajectory(folder, planned)
-        progress.phase("following the trajectory")
-        motion = robot.follow(job.trajectory, approach=True, on_cycle=progress.cycle)
-        # Those of an owner: it has its own speed, tool and load.
-        notes = [f"note: {note}" for note in motion.notes if note not in job.notes]
+        done = job.perform(robot, folder, progress, options)
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; {left(options)}"
     except BioscaraError as error:
@@ -276,10 +349,10 @@ def _move(
     problems = robot.shutdown()
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]
-    for note in notes:
+    for note in done.notes:
         progress.note(note)
-    warnings = (*progress.warnings, *notes)
-    return _Result(outcome, message, (*faults, *problems), warnings, planned)
+    warnings = (*progress.warnings, *done.notes)
+    return _Result(outcome, message, (*faults, *problems), warnings, done)
 
 
 def _finish(

@@ -53,6 +53,7 @@ def own_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS
     return Robot.simulated(
         parameters,
         v1=options.v1,
+        world=options.world,
         rate=rate,
         evidence=evidence,
         reduced_speed=reduced_speed,

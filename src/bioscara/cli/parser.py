@@ -41,6 +41,7 @@ class Options(argparse.Namespace):
         run: Carries it out, and returns its exit status; None for OK.
         words: All arguments after ``bioscara``, as typed.
         paced: Whether a simulated trajectory runs in real time.
+        world: What surrounds a simulated arm; None for nothing.
         bus: Name of the bus.
         arm: Name of the owner whose arm is used, or the address of its gateway; None for an arm of
             this process.
@@ -55,6 +56,7 @@ class Options(argparse.Namespace):
     run: Run
     words: Sequence[str] = ()
     paced: bool = True
+    world: Any = None
     bus: str = "sim"
     arm: str | None = None
     token_file: Path | None = None

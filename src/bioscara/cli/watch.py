@@ -71,7 +71,9 @@ def watch(
         gateways=(_GATEWAY,),
         priority=options.priority,
     )
-    with Robot.simulated(parameters, v1=options.v1, rate=options.rate) as robot:
+    with Robot.simulated(
+        parameters, v1=options.v1, world=options.world, rate=options.rate
+    ) as robot:
         # Before it is served: in its own time, which is not that of the page.
         robot.home()
         with serving(robot, settings), _shown(_address()) as url:

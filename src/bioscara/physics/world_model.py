@@ -1,4 +1,4 @@
-"""The bodies of a world in a model of the engine, beside the arm."""
+"""The bodies of a world in a model of the engine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 from bioscara.physics.arm_model import ARM, OTHERS
 from bioscara.physics.bodies import COLOURS, BodyBox, BodyShape
 from bioscara.physics.engine import mujoco
-from bioscara.planning.world import Item, Nest, Wall, World
+from bioscara.planning.collision.shapes import Prism
+from bioscara.planning.world import Item, Nest, World
+from bioscara.planning.world.bodies import FLOOR, GUIDE
 
 SLICE = 1.024e-3
 """Time step [s]: that at which the simulated arm meets its world."""
@@ -20,10 +22,8 @@ SOLIMP = (0.95, 0.99, 1e-3, 0.5, 2.0)
 FRICTION = (0.4, 5e-3, 1e-4)
 """Sliding, torsional and rolling friction of labware, nests and walls. Chosen: polystyrene on metal
 is between 0.3 and 0.5."""
-_GUIDE, _GUIDE_LENGTH, _FLOOR = 3e-3, 15e-3, 8e-3
-"""Thickness and length of a nest's guides, and thickness of its floor [m]."""
-_FOOTPRINT = (0.12776, 0.08548)
-"""Of labware [m]: ANSI SLAS 1-2004."""
+_GUIDE_LENGTH = 15e-3
+"""Length of a nest's guides from each corner [m]."""
 _LIP, _LIP_PLAY = 1.2e-3, 0.4e-3
 """Thickness of the raised edge of stackable labware, and its play [m]: choices of ours."""
 
@@ -55,13 +55,8 @@ def add_fixed(spec: Any, world: World) -> list[BodyShape]:
     """Add table, walls and nests to a model; return their shapes."""
     shapes = []
     if world.table is not None:
-        (x0, y0), (x1, y1) = world.table.lower, world.table.upper
-        box = BodyBox((x0 + x1) / 2, (y0 + y1) / 2, -0.01, (x1 - x0) / 2, (y1 - y0) / 2, 0.01)
-        shapes.append(BodyShape("table", "table", False, (box,)))
-        add_fixed_body(spec, shapes[-1], (0.0, 0.0, world.table.height), 0.0)
-    for wall in world.walls:
-        shapes.append(_wall(wall))
-        add_fixed_body(spec, shapes[-1], _centre(wall), wall.yaw)
+        shapes.append(_add_block(spec, "table", "table", world.table.shape))
+    shapes += [_add_block(spec, wall.name, "wall", wall.shape) for wall in world.walls]
     for nest in world.nests:
         shapes.append(BodyShape(nest.name, "nest", False, tuple(_nest_boxes(nest))))
         add_fixed_body(spec, shapes[-1], (nest.x, nest.y, nest.z), nest.yaw)
@@ -101,22 +96,20 @@ def _add_box(body: Any, box: BodyBox, kind: str, mass: float) -> None:
     )  # fmt: skip
 
 
-def _centre(wall: Wall) -> tuple[float, float, float]:
-    (x0, y0, z0), (x1, y1, _) = wall.lower, wall.upper
-    return ((x0 + x1) / 2, (y0 + y1) / 2, z0)
-
-
-def _wall(wall: Wall) -> BodyShape:
-    (x0, y0, z0), (x1, y1, z1) = wall.lower, wall.upper
-    box = BodyBox(0.0, 0.0, (z1 - z0) / 2, (x1 - x0) / 2, (y1 - y0) / 2, (z1 - z0) / 2)
-    return BodyShape(wall.name, "wall", False, (box,))
+def _add_block(spec: Any, name: str, kind: str, block: Prism) -> BodyShape:
+    """Add an upright box to a model and return its shape."""
+    half = (block.high - block.low) / 2.0
+    box = BodyBox(0.0, 0.0, half, block.half_x, block.half_y, half)
+    shape = BodyShape(name, kind, False, (box,))
+    add_fixed_body(spec, shape, (block.x, block.y, block.low), block.yaw)
+    return shape
 
 
 def _nest_boxes(nest: Nest) -> Iterator[BodyBox]:
     """Yield the floor of a nest, and two guides at each of its corners."""
-    half_x, half_y = (size / 2.0 + nest.play for size in _FOOTPRINT)
-    yield BodyBox(0.0, 0.0, -_FLOOR / 2, half_x + _GUIDE, half_y + _GUIDE, _FLOOR / 2)
-    up, half, length = nest.height / 2.0, _GUIDE / 2.0, _GUIDE_LENGTH / 2.0
+    half_x, half_y = nest.room.half_x, nest.room.half_y
+    yield BodyBox(0.0, 0.0, -FLOOR / 2, nest.shape.half_x, nest.shape.half_y, FLOOR / 2)
+    up, half, length = nest.height / 2.0, GUIDE / 2.0, _GUIDE_LENGTH / 2.0
     for side in (-1.0, 1.0):
         for end in (-1.0, 1.0):
             yield BodyBox(side * (half_x + half), end * (half_y - length), up, half, length, up)

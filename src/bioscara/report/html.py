@@ -6,6 +6,7 @@ import json
 import re
 from html import escape
 from importlib.resources import files
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,7 @@ def _facts(summary: RunSummary, history: CycleHistory) -> str:
     ]
     facts += loop_facts(loop_statistics(history))
     facts += [("fault", text) for text in summary.faults]
+    facts += [("measured", text) for text in summary.measured]
     facts += [("note", text) for text in summary.notes]
     facts += [(joint.name, f"{joint.address:#04x}, {joint.firmware}") for joint in summary.joints]
     return "".join(f"<dt>{_text(name)}</dt><dd>{_text(text)}</dd>" for name, text in facts)
@@ -112,7 +114,7 @@ def _data(summary: RunSummary, history: CycleHistory, cycles: NDArray[np.intp]) 
             }
         )
     data = {
-        "end": summary.planned_duration,
+        "end": 0.0 if isnan(summary.planned_duration) else summary.planned_duration,
         "joints": joints,
         "time": _numbers(np.asarray(history.trajectory_time)[cycles]),
         "bus_time": _numbers(np.asarray(history.bus_time)[cycles] * 1e3),

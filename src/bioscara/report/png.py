@@ -133,5 +133,5 @@ def write(path: Path, summary: RunSummary, history: CycleHistory) -> None:
         joints,
     )
     for axis in figure.axes:
-        axis.axvspan(0.0, summary.planned_duration, color="tab:gray", alpha=0.08)
+        axis.axvspan(0.0, np.nan_to_num(summary.planned_duration), color="tab:gray", alpha=0.08)
     save(figure, path, dpi=110)

@@ -45,9 +45,10 @@ class RunSummary:
         outcome: How it ended.
         message: Why it did not complete; empty if it did.
         joints: The joints of the arm.
-        planned_duration: Duration of the trajectory [s].
+        planned_duration: Duration of the trajectory [s]; NaN where it did not end.
         notes: Notes for the user, one sentence each.
         faults: Faults and errors, one sentence each.
+        measured: Measurements in the simulated world, one sentence each.
     """
 
     title: str
@@ -61,3 +62,4 @@ class RunSummary:
     planned_duration: float
     notes: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
+    measured: tuple[str, ...] = ()

@@ -39,6 +39,7 @@ def render(summary: RunSummary, history: CycleHistory) -> str:
             for line in _list(name, fact.split("; "))
         ),
         "",
+        *(_list("measured", summary.measured) if summary.measured else ()),
         *_list("faults", summary.faults),
         *_list("notes", summary.notes),
         "",

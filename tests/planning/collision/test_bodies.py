@@ -13,10 +13,10 @@ import pytest
 pytest.importorskip("pinocchio", reason="pip install pin: the independent oracle")
 
 import coal
-from tools.meshes import read_stl
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
+from bioscara.model.stl import read_stl
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, arm_of, frames
 from bioscara.planning.collision.margins import OWN_MARGIN
 from bioscara.planning.collision.scene import Scene

@@ -2,11 +2,11 @@
 
 ``motion`` has the commands that move the arm or plan. ``serving`` has the commands that let other
 programs use an arm, record or show it, ``owners`` those about arms that are served. ``setup`` has
-the commands for joints, boards, poses and tools. A module has two functions: ``arguments`` adds
-those of its command to its parser, ``run`` carries it out with the parsed values and returns the
-exit status, or None for 0. It raises a ``BioscaraError`` where it is refused or fails before
-anything moved, for example because the arm cannot be used or no owner runs. The imports of an
-action are in ``run``: help and the refusal of wrong usage do not wait for them.
+the commands for joints, boards, poses, tools and the model. A module has two functions:
+``arguments`` adds those of its command to its parser, ``run`` carries it out with the parsed values
+and returns the exit status, or None for 0. It raises a ``BioscaraError`` where it is refused or
+fails before anything moved, for example because the arm cannot be used or no owner runs. The
+imports of an action are in ``run``: help and the refusal of wrong usage do not wait for them.
 """
 
 COMMANDS = {
@@ -51,6 +51,10 @@ COMMANDS = {
         "serving.view",
         "Show a run, a trajectory, a plan or a running simulated arm in 3D in the browser, or the "
         "arm with a slider for each joint; nothing moves.",
+    ),
+    "export": (
+        "setup.export",
+        "Write the model of the arm for other programs, as MJCF, URDF or binary glTF.",
     ),
     "simulate": (
         "setup.simulate",

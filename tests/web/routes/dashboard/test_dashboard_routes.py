@@ -8,10 +8,10 @@ import time
 from pathlib import Path
 
 import pytest
-from tools.meshes import read_stl
 
 from bioscara.dashboard.model import meshes
 from bioscara.dashboard.trajectories import SIZE_MAX
+from bioscara.model.stl import read_stl
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.dashboard import trajectories
 from programs import wait_until
