@@ -213,6 +213,8 @@ def test_a_teach_table_that_is_run_is_recognised(name: str, said: Said) -> None:
 
 def test_a_scene_that_is_run_is_recognised(said: Said) -> None:
     assert f"give it as --scene {EXAMPLE}" in said.refusal("run", str(EXAMPLE))
+    world = EXAMPLE.with_name("world.yaml")
+    assert f"give it as --world {world}" in said.refusal("run", str(world))
 
 
 def test_a_scene_that_cannot_be_read_is_refused(said: Said) -> None:
