@@ -18,7 +18,7 @@ def frames(ros: Ros, *names: str) -> dict[str, Any]:
     """Return the transforms of bodies, once those of these names have come."""
     found: dict[str, Any] = {}
     ros.do("listen", type="tf2_msgs/TFMessage", topic="/tf")
-    for count in range(1, 500):
+    for count in range(1, 200):
         for transform in ros.do("heard", topic="/tf", count=count)[-1][1]["transforms"]:
             found[transform["child_frame_id"]] = transform
         if {f"body/{name}" for name in names} <= set(found):
