@@ -120,6 +120,7 @@ with simulated(transfer_world(*stack("plate"))) as robot:
 """
 
 
+@pytest.mark.thorough
 def test_two_processes_compute_the_same_bits() -> None:
     words = [sys.executable, "-c", PROGRAM]
     started = [
