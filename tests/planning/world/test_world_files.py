@@ -1,4 +1,4 @@
-"""World files: what is written is read, planned for and described to editors."""
+"""World files: written ones are read, planned for and described to editors."""
 
 from __future__ import annotations
 
