@@ -41,7 +41,7 @@ class Labware(Checked):
         mass_assumed: Whether the mass is an assumption, since no source gives it.
         grip_width: Distance of the jaws that hold it across y [m].
         grip_height: Height of the tool centre point above its bottom when the jaws hold it [m].
-        rim: Height of the raised edge at its top, which centres labware on top of it [m]; 0 for none.
+        rim: Height of the raised edge at its top, which centres labware on it [m]; 0 for none.
         stackable: Whether labware may stand on it.
         source: Where the dimensions come from.
     """
