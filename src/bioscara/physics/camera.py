@@ -35,7 +35,7 @@ _FARTHEST = 100.0
 """Largest coordinate of a camera [m]."""
 _NEAR, _FAR = 0.01, 50.0
 """Distances between which bodies are drawn [m]."""
-_AMBIENT, _DIFFUSE = 0.35, 0.6
+_AMBIENT, _DIFFUSE = 0.42, 0.3
 """Brightness of the light at the camera: from all sides, and on what faces it."""
 _GEOMS = 20_000
 """Shapes that an image can have."""
@@ -88,10 +88,10 @@ CAMERAS: Mapping[str, Camera] = MappingProxyType(
         "front": Camera((1.7, 0.0, 0.75), (0.2, 0.0, 0.22)),
         "side": Camera((0.3, -1.6, 0.6), (0.3, 0.0, 0.22)),
         "top": Camera((0.25, 0.0, 2.0), (0.25, 0.0, 0.0)),
-        "wrist": Camera((0.45, 0.0, 0.12), (0.12, 0.0, -0.17), math.radians(50.0), "link_4"),
+        "wrist": Camera((0.045, 0.0, 0.05), (0.12, 0.0, -0.17), math.radians(70.0), "link_4"),
     }
 )
-"""Cameras by name: three that stand, and one that moves with the wrist and sees the jaws."""
+"""Cameras by name: three that stand, and one on the gripper, above the jaws and what they hold."""
 
 
 def camera_of(place: str | Camera) -> Camera:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from bioscara.errors import InvalidArgumentError, LifecycleError, NotSupportedError
 from bioscara.physics.bodies import BodyPose, BodyShape
+from bioscara.physics.camera import Camera, Image
+from bioscara.physics.stills import SIZE, image_of, still_of
 from bioscara.physics.world import PhysicsWorld, WorldSnapshot
 from bioscara.robot.arm import Arm
 
@@ -78,6 +80,28 @@ class Simulation:
                 return pose
         names = ", ".join(shape.name for shape in self.bodies)
         raise InvalidArgumentError(f"there is no body {name!r} in the world; there are {names}")
+
+    def image(self, camera: str | Camera = "front", size: tuple[int, int] = SIZE) -> Image:
+        """Return an image of arm and bodies as they are now; the arm does not wait for it.
+
+        It is drawn in the thread of the caller, from a copy of their positions. The first one of a
+        thread takes about 0.2 s longer.
+
+        Args:
+            camera: Name of a camera, ``"front"``, ``"side"``, ``"top"`` or ``"wrist"``, or a
+                :class:`bioscara.physics.camera.Camera`.
+            size: Width and height, 16 to 2048 pixels each.
+
+        Returns:
+            Red, green and blue of each pixel, rows from the top, shape (height, width, 3), uint8.
+
+        Raises:
+            InvalidArgumentError: The size is outside its range, or the camera is unknown.
+            NotSupportedError: The extra ``physics-view`` is missing, or a library of the system
+                that draws without a screen.
+        """
+        still = self._aside("simulation.image()", lambda: still_of(self._world))
+        return image_of(still, camera, size)
 
     def push(self, name: str, force: Sequence[float], duration: float = 0.1) -> None:
         """Push a body, or a link of the arm; arguments and errors as :meth:`PhysicsWorld.push`."""
