@@ -86,7 +86,7 @@ LOCK = env -u PIP_FIND_LINKS $(BIN)/uv pip compile --quiet --universal --python-
 
 lock: $(VENV)/.created
 	@$(PIP) install --quiet -c constraints.txt uv
-	@$(LOCK) --extra plot --extra web -o locks/demo.txt
+	@$(LOCK) --extra plot --extra web --extra physics -o locks/demo.txt
 	@$(LOCK) --extra plot --extra export --extra web --extra dev -o locks/dev.txt
 
 demo: $(VENV)/.demo

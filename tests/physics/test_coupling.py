@@ -10,12 +10,13 @@ import pytest
 
 from bioscara import Robot
 from bioscara.errors import StalledError
+from bioscara.model import load_parameters
 from bioscara.physics.world import PhysicsWorld
+from bioscara.planning.world import Item, Nest, World
 from bioscara.sim import SimulatedArm, SimulatedServo
 from bioscara.sim.simulated_arm import JOINTS
-from programs import LIMIT, environment
-from bioscara.planning.world import Nest, World
 from physics.worlds import TABLE, Watched, simulated, stack, transfer_world
+from programs import LIMIT, environment
 
 START = [0.0, 0.2, 0.0, 0.0]
 
@@ -99,6 +100,13 @@ def test_plates_below_stall_the_lift() -> None:
         robot.move_joints(START)
 
 
+def around(arm: SimulatedArm, *items: Item) -> PhysicsWorld:
+    """Surround an arm that has no host by two nests and items."""
+    parameters = load_parameters()
+    servo = SimulatedServo(parameters.gripper.outputs[0])
+    return PhysicsWorld(arm, servo, transfer_world(*items), parameters)
+
+
 PROGRAM = """
 from physics.worlds import *
 
@@ -107,7 +115,8 @@ with simulated(transfer_world(*stack("plate"))) as robot:
     robot.gripper.open()
     pick(robot, A)
     world = robot.simulation._world
-    print(world.data.qpos.tobytes().hex(), world._coupling.contact.tobytes().hex(), robot.clock.now())
+    print(world.data.qpos.tobytes().hex(), robot.clock.now())
+    print(world._coupling.contact.tobytes().hex())
 """
 
 
@@ -124,11 +133,7 @@ def test_two_processes_compute_the_same_bits() -> None:
 
 def test_a_restored_state_goes_on_with_the_same_bits() -> None:
     arm = SimulatedArm(seed=2)
-    from bioscara.model import load_parameters
-
-    parameters = load_parameters()
-    servo = SimulatedServo(parameters.gripper.outputs[0])
-    world = PhysicsWorld(arm, servo, transfer_world(*stack("plate", "second")), parameters)
+    world = around(arm, *stack("plate", "second"))
     arm.run(0.5)
     world.push("second", (1.0, 0.5, 0.0), 0.2)
     arm.push("j1", 3.0)
@@ -146,11 +151,7 @@ def test_steps_of_any_length_give_the_same_bits() -> None:
     ends = []
     for step in (0.01, 0.1):
         arm = SimulatedArm(seed=2)
-        from bioscara.model import load_parameters
-
-        parameters = load_parameters()
-        servo = SimulatedServo(parameters.gripper.outputs[0])
-        world = PhysicsWorld(arm, servo, transfer_world(*stack("plate")), parameters)
+        world = around(arm, *stack("plate"))
         world.push("plate", (2.0, 1.0, 0.0), 0.2)
         for _ in range(round(1.0 / step)):
             arm.run(step)

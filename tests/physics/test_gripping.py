@@ -10,7 +10,19 @@ import pytest
 from bioscara import Pose, Robot
 from bioscara.physics import arm_model, servo_force
 from physics.worlds import (
-    A, B, FLOOR, LOAD, MASS, PLATE, held_at, offset, pick, put, simulated, stack, transfer_world,
+    FLOOR,
+    LOAD,
+    MASS,
+    PLATE,
+    A,
+    B,
+    held_at,
+    offset,
+    pick,
+    put,
+    simulated,
+    stack,
+    transfer_world,
 )  # fmt: skip
 
 GRAVITY = 9.81

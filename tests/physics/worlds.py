@@ -1,4 +1,4 @@
-"""Worlds for tests, and what is seen in them."""
+"""Worlds for tests, and measurements in them."""
 
 from __future__ import annotations
 
@@ -76,12 +76,13 @@ def offset(robot: Robot, name: str, nest: Nest, below: int = 0) -> tuple[float, 
     """Return how far a plate is from its place in a nest [m], and its rotation against it [rad]."""
     pose = robot.simulation.pose(name)
     place = np.array([nest.x, nest.y, nest.z + below * PLATE.stack_height])
-    turn = 2.0 * np.arccos(min(abs(pose.qw * np.cos(nest.yaw / 2) + pose.qz * np.sin(nest.yaw / 2)), 1.0))
+    half = nest.yaw / 2.0
+    turn = 2.0 * np.arccos(min(abs(pose.qw * np.cos(half) + pose.qz * np.sin(half)), 1.0))
     return float(np.linalg.norm(np.array(pose[1:4]) - place)), float(turn)
 
 
 class Watched:
-    """Looks at a world after each of its steps, through the function that the arm calls.
+    """Calls a function after each step of a world.
 
     Args:
         world: The world.

@@ -50,7 +50,7 @@ class Arm {
   void assign(const Arm& other);
 
   double now() const { return static_cast<double>(now_) / kSecond; }
-  // Throws what a step of the world threw, once the time has passed; it then has no world.
+  // Throws the exception of a step of the world, once the time has passed; it then has no world.
   void run(double seconds);
   // A world that is stepped at each multiple of the slice from now on.
   void set_world(World world);

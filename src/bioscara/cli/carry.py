@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from importlib.resources import as_file, files
 
-from bioscara.cli.job import Done
+from bioscara.cli.job import JobResult
 from bioscara.cli.motion import Progress
 from bioscara.cli.parser import Options
 from bioscara.planning.collision.scene import Scene
@@ -29,8 +29,8 @@ def demo_world() -> World:
         return read_world(path)
 
 
-class Carry:
-    """Carries the plate of a world from its nest to another one, and looks at what it has done.
+class CarryJob:
+    """Carries the plate of a world from its nest to another one, and measures the result.
 
     Args:
         world: The world.
@@ -57,10 +57,14 @@ class Carry:
         """Write nothing: each motion is planned where the last one ended."""
 
     def perform(
-        self, robot: ArmMethods, folder: RunFolder, progress: Progress, options: Options  # noqa: ARG002
-    ) -> Done:
+        self,
+        robot: ArmMethods,
+        folder: RunFolder,  # noqa: ARG002
+        progress: Progress,
+        options: Options,  # noqa: ARG002
+    ) -> JobResult:
         """Carry the plate, and measure where it is then."""
-        world, cycle = self._world, Joined(progress)
+        world, cycle = self._world, OneMotion(progress)
         plate, goal = world.item(_PLATE), world.placed(_PLATE, _TO).item(_PLATE)
         start, end = plate.grip.pose, goal.grip.pose
         load = Load(_PLATE, plate.shape_in_tool, plate.mass, (_FROM, _TO))
@@ -80,24 +84,24 @@ class Carry:
         robot.scene = world.placed(_PLATE, _TO).planned
         progress.phase("leaving it there")
         robot.move_linear(end.up(_LIFT), on_cycle=cycle)
-        return Done(cycle.time, measured=_measured(robot, held, goal))
+        return JobResult(cycle.time, measured=_measured(robot, held, goal))
 
 
 def _measured(robot: ArmMethods, held: str | None, goal: Item) -> tuple[str, ...]:
-    """Return what was seen: whether the plate was held, and where it is now."""
+    """Return as sentences whether the plate was held, and where it is now."""
     pose = robot.simulation.pose(_PLATE)
-    beside = math.hypot(pose.x - goal.x, pose.y - goal.y)
+    off_place = math.dist((pose.x, pose.y, pose.z), (goal.x, goal.y, goal.z))
     turn = 2.0 * math.atan2(pose.qz, pose.qw) - goal.yaw
     off = abs(math.remainder(turn, 2.0 * math.pi))
     grip = "held in the air" if held == _PLATE else "NOT HELD in the air"
     placed = (
-        f"placed {1e3 * beside:.2f} mm beside the middle of nest {_TO}, turned by "
-        f"{math.degrees(off):.2f} deg, {1e3 * (pose.z - goal.z):+.2f} mm high"
+        f"placed {1e3 * off_place:.2f} mm from its place in nest {_TO}, turned by "
+        f"{math.degrees(off):.2f} deg"
     )
     return f"the plate was {grip}", placed
 
 
-class Joined:
+class OneMotion:
     """Passes the cycles of several motions on as those of one.
 
     Args:

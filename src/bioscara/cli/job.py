@@ -121,7 +121,7 @@ class Job:
 
     def perform(
         self, robot: ArmMethods, folder: RunFolder, progress: Progress, options: Options
-    ) -> Done:
+    ) -> JobResult:
         """Move the arm, which is homed."""
         planned = self.planned
         names = [joint.name for joint in robot.parameters.joints]
@@ -134,17 +134,17 @@ class Job:
         # Those of an owner: it has its own speed, tool and load.
         notes = tuple(f"note: {note}" for note in motion.notes if note not in self.notes)
         held = _held(self.trajectory, planned, robot.parameters, options)
-        return Done(planned.duration, notes, held)
+        return JobResult(planned.duration, notes, held)
 
 
-class Done(NamedTuple):
+class JobResult(NamedTuple):
     """What a job has done.
 
     Attributes:
         duration: Of the motion [s]; NaN if it did not end.
         notes: Notes on it that are known only afterwards.
         facts: Notes for the report alone.
-        measured: What was seen of the simulated world, in words.
+        measured: Measurements in the simulated world, in words.
     """
 
     duration: float = math.nan
@@ -153,8 +153,8 @@ class Done(NamedTuple):
     measured: tuple[str, ...] = ()
 
 
-class Work(Protocol):
-    """What a command does with an arm once: a trajectory, or something carried."""
+class AnyJob(Protocol):
+    """A run of a command: a trajectory to follow, or an object to carry."""
 
     @property
     def title(self) -> str:
@@ -184,7 +184,7 @@ class Work(Protocol):
 
     def perform(
         self, robot: ArmMethods, folder: RunFolder, progress: Progress, options: Options
-    ) -> Done:
+    ) -> JobResult:
         """Move the arm, which is homed."""
 
 
@@ -244,10 +244,10 @@ class _Result(NamedTuple):
     message: str
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
-    done: Done
+    done: JobResult
 
 
-def run_job(job: Work, parameters: ArmParameters, options: Options, output: Output) -> ExitStatus:
+def run_job(job: AnyJob, parameters: ArmParameters, options: Options, output: Output) -> ExitStatus:
     """Home the arm, do what the job is, leave the arm disabled and write the report.
 
     Raises:
@@ -325,7 +325,7 @@ def _keep_trajectory(folder: RunFolder, planned: Trajectory) -> None:
 
 def _move(
     robot: ArmMethods,
-    job: Work,
+    job: AnyJob,
     folder: RunFolder,
     progress: Progress,
     observer: Observer,
@@ -334,7 +334,7 @@ def _move(
     """Move the arm, leave it at rest and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
-    done = Done()
+    done = JobResult()
     try:
         progress.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(on_cycle=progress.cycle)

@@ -1,7 +1,7 @@
 """The arm in a world: an image of the simulated joints that pushes and is pushed.
 
-Its links have the planner's shapes and no weight of their own: what drives a joint is what the
-simulated mechanics say, and what it accelerates is their load.
+Its links have the planner's shapes and no weight of their own: the simulated mechanics give the
+torque that drives a joint, and the inertia of its load.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What others show of a world: the shapes of its bodies, and where they are."""
+"""Shapes and poses of the bodies of a world, for display."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class BodyBox(NamedTuple):
 
 
 class BodyShape(NamedTuple):
-    """A body beside the arm.
+    """A body of a world.
 
     Attributes:
         name: Its name in the world.

@@ -67,12 +67,12 @@ class Coupling:
         self.servo.step()
         if self.before:
             self.before = [each for each in self.before if each(data, self.contact)]
-        # Contacts as they are in the middle of the slice: with those of its beginning, what is
-        # carried round a curve leaves it along the tangent, half a millimetre in half a metre.
+        # Contacts as they are in the middle of the slice: with those of its beginning, a plate
+        # that is carried round a curve leaves it along the tangent, 0.5 mm in half a metre.
         self._velocity[:] = data.qvel
         self._integrate(self.model, data.qpos, self._velocity, 0.5 * SLICE)
         self._step(self.model, data)
-        # What has fallen asleep stays where it is: a change would wake it.
+        # Bodies that have fallen asleep stay where they are: a change would wake them.
         self._velocity *= data.qvel != 0.0
         self._integrate(self.model, data.qpos, self._velocity, -0.5 * SLICE)
         self.contact[:] = self._force
@@ -143,7 +143,7 @@ class LinkPush:
 
 
 class Tilting:
-    """A change of a fixed body's rotation, in steps that what stands on it follows.
+    """A change of a fixed body's rotation, slow enough for labware that stands on it.
 
     Args:
         model: The model.
@@ -158,13 +158,13 @@ class Tilting:
         self._loose = np.flatnonzero(model.body_dofnum == _FREE)
 
     def __call__(self, data: Any, _: Array) -> bool:
-        """Rotate it by its share of what is left; the last call ends it."""
+        """Rotate it by its share of the rest; the last call ends it."""
         going = self._left > 0
         if going:
             self._now += (self._end - self._now) / self._left
             self._now /= np.linalg.norm(self._now)
-        # Where bodies may sleep, fixed ones are not placed anew, and what stands on this one has to
-        # be woken: any force does.
+        # Where bodies may sleep, fixed ones are not placed anew, and labware on this one has to be
+        # woken: any force does.
         allow_sleep(self._options, allowed=not going)
         data.xfrc_applied[self._loose, 3] = _WAKING if going else 0.0
         self._left -= 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 
 from bioscara.errors import NotSupportedError
@@ -44,3 +45,8 @@ def mujoco(what: str = "a world") -> ModuleType:
             f"{what} needs MuJoCo {oldest} or newer, and {version} is installed: {remedy}"
         )
     return module
+
+
+def is_installed() -> bool:
+    """Return whether there is a module ``mujoco``, of any version."""
+    return find_spec("mujoco") is not None

@@ -64,7 +64,7 @@ class ServoForce:
 
     @property
     def state(self) -> ServoState:
-        """What belongs to a snapshot."""
+        """The part of a snapshot."""
         return ServoState(self._count, self._target, self._goal, self._servo.output)
 
     @state.setter

@@ -31,7 +31,7 @@ FORCE_MAX, DURATION_MAX, TILT_MAX = 50.0, 10.0, 0.02
 BODIES_MAX = 300
 """Most bodies of a world, with obstacles that are added."""
 _TILTING = 0.3
-"""Time in which a body is tilted [s]: what stands on it is not thrown."""
+"""Time in which a body is tilted [s]: labware on it is not thrown."""
 _ARM = ("base", "link_1", "link_2", "link_3", "link_4", LEFT, RIGHT)
 LINKS = _ARM[1:5]
 """Names of the links that can be pushed."""

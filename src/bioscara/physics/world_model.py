@@ -1,4 +1,4 @@
-"""The bodies of a world in a model of the engine, beside the arm."""
+"""The bodies of a world in a model of the engine."""
 
 from __future__ import annotations
 

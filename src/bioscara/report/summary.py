@@ -48,7 +48,7 @@ class RunSummary:
         planned_duration: Duration of the trajectory [s]; NaN where it did not end.
         notes: Notes for the user, one sentence each.
         faults: Faults and errors, one sentence each.
-        measured: What was measured in the simulated world, one sentence each.
+        measured: Measurements in the simulated world, one sentence each.
     """
 
     title: str

@@ -37,7 +37,7 @@ class SimulationSnapshot(NamedTuple):
 
 
 class Simulation:
-    """The world around a simulated arm: what a person beside it could see and do.
+    """The world around a simulated arm: its bodies, and disturbances of them.
 
     Disturbances need no lease and do not wait for the arm: they are the world, not commands.
 
@@ -61,7 +61,7 @@ class Simulation:
 
     @property
     def bodies(self) -> tuple[BodyShape, ...]:
-        """The bodies beside the arm."""
+        """The bodies of the world."""
         return self._world.shapes
 
     @property
@@ -138,8 +138,8 @@ class Simulation:
     def restore(self, snapshot: SimulationSnapshot) -> None:
         """Return to a state of this robot; simulated time goes on.
 
-        The joints are enabled if they were then. The workspace stays as it is: what the tool
-        carries is for the caller to declare.
+        The joints are enabled if they were then. The workspace stays as it is: declare the
+        load that the tool carries then.
 
         Args:
             snapshot: Of :meth:`save`.

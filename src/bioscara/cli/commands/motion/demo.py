@@ -40,10 +40,10 @@ def run(options: Options, output: Output) -> ExitStatus:
     parameters = parameters_from(options)
     options.paced = options.paced and not options.fast
     if options.bus == "sim" and is_installed():
-        from bioscara.cli.carry import Carry, demo_world
+        from bioscara.cli.carry import CarryJob, demo_world
 
         options.world = demo_world()
-        demo: job.Work = Carry(options.world)
+        demo: job.AnyJob = CarryJob(options.world)
     else:
         demo = trajectory(options, parameters, output)
 
