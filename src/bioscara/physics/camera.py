@@ -103,10 +103,26 @@ def camera_of(place: str | Camera) -> Camera:
     if isinstance(place, Camera):
         return place
     if place not in CAMERAS:
+        names = f"there are {', '.join(CAMERAS)}"
         raise InvalidArgumentError(
-            f"camera {place!r} is not one of {', '.join(CAMERAS)}{did_you_mean(place, CAMERAS)}"
+            f"there is no camera {place!r}; {did_you_mean(place, CAMERAS, names)}"
         )
     return CAMERAS[place]
+
+
+def checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of an image [pixels].
+
+    Raises:
+        InvalidArgumentError: They are outside :data:`SIZES`.
+    """
+    least, most = SIZES
+    whole = len(size) == 2 and all(isinstance(part, int | np.integer) for part in size)
+    if not whole or not all(least <= part <= most for part in size):
+        raise InvalidArgumentError(
+            f"image size {size} must be width and height in pixels, {least} .. {most} each"
+        )
+    return int(size[0]), int(size[1])
 
 
 def render(
@@ -137,7 +153,7 @@ def render(
         NotSupportedError: The extra ``physics-view`` is missing, or a library of the system that
             draws without a screen.
     """
-    view, (width, height) = camera_of(camera), _checked(size)
+    view, (width, height) = camera_of(camera), checked_size(size)
     if not hasattr(_of_thread, "stages"):
         _of_thread.stages = {}
     stages: dict[tuple[int, int], _Stage] = _of_thread.stages
@@ -172,16 +188,6 @@ def png(image: Image) -> bytes:
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
         for kind, data in chunks
     )
-
-
-def _checked(size: tuple[int, int]) -> tuple[int, int]:
-    least, most = SIZES
-    whole = len(size) == 2 and all(isinstance(part, int | np.integer) for part in size)
-    if not whole or not all(least <= part <= most for part in size):
-        raise InvalidArgumentError(
-            f"image size {size} must be width and height in pixels, {least} .. {most} each"
-        )
-    return int(size[0]), int(size[1])
 
 
 def _placed(
