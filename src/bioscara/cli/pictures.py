@@ -2,58 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 import os
-import re
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import Self
 
-from bioscara.errors import BioscaraError, InvalidArgumentError
+from bioscara.errors import InvalidArgumentError
 from bioscara.files.whole_files import replacing
-
-if TYPE_CHECKING:
-    from bioscara.physics.stills import Still
-    from bioscara.physics.world import PhysicsWorld
+from bioscara.physics.camera import png
+from bioscara.physics.stills import Still, View, image_of, still_of
+from bioscara.physics.world import PhysicsWorld
 
 _PERIOD = 1.0
 """Time from one image to the next [s]."""
 _NICE = 10
 """Amount by which drawing gives way to the simulated arm."""
-
-
-class View(NamedTuple):
-    """What is shown.
-
-    Attributes:
-        camera: Name of the camera.
-        size: Width and height [pixels].
-    """
-
-    camera: str
-    size: tuple[int, int]
-
-
-def view_of(text: str) -> View:
-    """Return the view in an argument, ``PLACE`` or ``PLACE:WIDTHxHEIGHT``."""
-    # Imported here: most commands show nothing.
-    from bioscara.physics.camera import camera_of, checked_size
-    from bioscara.physics.stills import SIZE
-
-    name, colon, pixels = text.partition(":")
-    found = re.fullmatch(r"(\d{1,6})x(\d{1,6})", pixels, re.ASCII)
-    if colon and found is None:
-        raise argparse.ArgumentTypeError(
-            f"{pixels!r} is not a size: give width and height in pixels, as in {name}:640x480"
-        )
-    try:
-        camera_of(name)
-        size = SIZE if found is None else checked_size((int(found[1]), int(found[2])))
-    except BioscaraError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    return View(name, size)
 
 
 class Pictures:
@@ -101,8 +66,6 @@ class Pictures:
 
     def step(self) -> None:
         """Copy the positions for the next image if it is due; in the thread of the arm's time."""
-        from bioscara.physics.stills import still_of
-
         if self._wanted.is_set():
             self._wanted.clear()
             self._still = still_of(self._world)
@@ -134,9 +97,6 @@ class Pictures:
         self._begun.set()
 
     def _write(self) -> None:
-        from bioscara.physics.camera import png
-        from bioscara.physics.stills import image_of
-
         data = png(image_of(self._still, *self._view))
         with replacing(self._path) as partial:
             partial.write_bytes(data)

@@ -16,6 +16,18 @@ SIZE = (640, 480)
 """Width and height of an image where none are given [pixels]."""
 
 
+class View(NamedTuple):
+    """What an image shows, and how large.
+
+    Attributes:
+        camera: Name of the camera, of :data:`bioscara.physics.camera.CAMERAS`.
+        size: Width and height [pixels].
+    """
+
+    camera: str
+    size: tuple[int, int] = SIZE
+
+
 class Still(NamedTuple):
     """A world at one time, for a thread or process that draws it later; it can be pickled.
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.pictures import Pictures, view_of
 from bioscara.cli.shared_arguments import share
 from bioscara.errors import InvalidArgumentError
 
@@ -21,13 +20,7 @@ def arguments(parser: Parser) -> None:
         type=Path,
         help="table, walls, nests and labware around the arm; needs bioscara[physics]",
     )
-    parser.add_argument(
-        "--camera",
-        metavar="PLACE[:WIDTHxHEIGHT]",
-        type=view_of,
-        help="camera of --image: front, side, top or wrist, 640x480 pixels if no size is given; "
-        "needs bioscara[physics-view]",
-    )
+    share(parser, "--camera")
     parser.add_argument(
         "--image",
         metavar="FILE",
@@ -63,6 +56,8 @@ def run(options: Options, output: Output) -> None:
     invitation = f"simulated arm, joints with {firmware}: --bus sim:{options.socket}"
     with StopRequest() as cancelled, ExitStack() as ends:
         if options.camera is not None:
+            from bioscara.cli.pictures import Pictures
+
             pictures = Pictures(world, options.camera, options.image, output.line)
             ends.enter_context(pictures)
 
