@@ -165,6 +165,7 @@ fresh: $(VENV)/.dev tools/dashboard/node_modules/.installed
 	@$(BIN)/python -m tools.description --check
 	@$(BIN)/python -m tools.ros_packages --check
 	@$(BIN)/python -m tools.api_reference --check
+	@$(BIN)/python -m tools.world_schema --check
 	@$(BIN)/python -m tools.message_types --check
 	@$(BIN)/python -m tools.step_kinds --check
 	@node tools/dashboard/bundle.mjs --check
@@ -175,6 +176,7 @@ generate: $(VENV)/.dev
 	@$(BIN)/python -m tools.description
 	@$(BIN)/python -m tools.ros_packages
 	@$(BIN)/python -m tools.api_reference
+	@$(BIN)/python -m tools.world_schema
 	@$(BIN)/python -m tools.message_types
 	@$(BIN)/python -m tools.step_kinds
 

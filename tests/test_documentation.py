@@ -70,6 +70,7 @@ def test_a_program_in_the_documentation_runs(
     program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
     with ExitStack() as served:
         for name in re.findall(r'"arm:(\w+)"', program):
             settings = ServeSettings(name, "sim", real_time_factor=100.0)

@@ -80,7 +80,7 @@ def schema() -> str:
 
 
 def _entry(kind: type[Any]) -> str:
-    text, attributes = _documented(kind)
+    text, attributes = documented(kind)
     config = kind.__struct_config__
     name = f"`{config.tag}`" if config.tag is not None else f"`{kind.__name__}`"
     lines = [f"### {name}\n", text, ""]
@@ -96,7 +96,7 @@ def _entry(kind: type[Any]) -> str:
     return "\n".join(lines)
 
 
-def _documented(kind: type[Any]) -> tuple[str, dict[str, str]]:
+def documented(kind: type[Any]) -> tuple[str, dict[str, str]]:
     """Return the description of a message, and those of its fields."""
     attributes: dict[str, str] = {}
     for each in reversed(kind.__mro__):

@@ -38,6 +38,8 @@ from bioscara.planning.motions.jog import JointVelocity as JointVelocity
 from bioscara.planning.motions.jog import ToolVelocity as ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimit as JogLimit
 from bioscara.planning.motions.jog_limitation import JogLimitation as JogLimitation
+from bioscara.planning.world import World as World
+from bioscara.planning.world import read_world as read_world
 from bioscara.remote import RemoteRobot as RemoteRobot
 from bioscara.report.samples import Samples as Samples
 from bioscara.robot.arm_methods import ArmMethods as ArmMethods

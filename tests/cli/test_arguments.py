@@ -91,6 +91,8 @@ from programs import environment
         ("poses list --table a.yaml --arm left", "--arm and --table exclude one another"),
         ("poses show a --from 0 0.2 0 0", "add --plot"),
         ("poses show a --scene start.yaml", "add --plot"),
+        ("poses show a --world start.yaml", "add --plot"),
+        ("serve --scene a.yaml --world b.yaml", "--scene and --world exclude one another"),
         ("record sart", "there is no record command 'sart'; did you mean start?"),
         ("record --size 3", "record start has no option --size"),
         ("record --max-size much", "'much' is not a number"),

@@ -13,7 +13,7 @@ from bioscara.dashboard.clearance import clearance
 from bioscara.model.loading import load_parameters
 from bioscara.planning.collision.nearest_points import nearest_points
 from bioscara.planning.collision.scene import Box, Scene
-from bioscara.planning.collision.shapes import Prism, Table, distances
+from bioscara.planning.collision.shapes import Prism, ShapeTable, distances
 from bioscara.robot.workspace.workspace import Workspace
 
 PARAMETERS = load_parameters()
@@ -39,14 +39,14 @@ def workspace(scene: Scene) -> m.WorkspaceState:
 
 @given(PRISM, PRISM)
 def test_nearest_points_are_as_far_apart_as_the_shapes(one: Prism, other: Prism) -> None:
-    table = Table.of([0, 0], [one, other]).shapes
+    table = ShapeTable.of([0, 0], [one, other]).shapes
     (distance,) = distances(table.take([0]), table.take([1]))  # type: ignore[arg-type]
     first, second = nearest_points(one, other)
     assert math.dist(first, second) == pytest.approx(max(distance, 0.0), abs=1e-9)
     for shape, (x, y, z) in ((one, first), (other, second)):
         assert shape.low - 1e-12 <= z <= shape.high + 1e-12
         spot = Prism(x, y, 0.0, 0.0, shape.low, shape.low)
-        pair = Table.of([0, 0], [shape, spot]).shapes
+        pair = ShapeTable.of([0, 0], [shape, spot]).shapes
         assert distances(pair.take([0]), pair.take([1]))[0] <= 1e-9  # type: ignore[arg-type]
 
 

@@ -157,3 +157,17 @@ def test_steps_of_any_length_give_the_same_bits() -> None:
             arm.run(step)
         ends.append(world.data.qpos.tobytes())
     assert ends[0] == ends[1]
+
+
+def test_an_error_of_the_world_is_raised_once_and_the_arm_goes_on() -> None:
+    arm = SimulatedArm(seed=2)
+    values, begun = np.zeros((4, 4)), arm.now()
+
+    def fail() -> None:
+        raise ValueError("bodies")
+
+    arm.set_world(*values, fail)
+    with pytest.raises(ValueError, match="bodies"):
+        arm.run(0.5)
+    arm.run(0.5)
+    assert arm.now() == pytest.approx(begun + 1.0)

@@ -45,7 +45,7 @@ def test_a_plate_is_carried_within_half_a_millimetre(mass: float) -> None:
         assert moved.max() < 5e-4, moved
         rested = in_hand(robot)
         robot.clock.sleep_until(robot.clock.now() + 5.0)
-        assert np.abs(in_hand(robot) - rested).max() < 1e-5
+        assert np.abs(in_hand(robot) - rested).max() < 1e-6
         weight = -robot.simulation._world.data.qfrc_constraint[1]
         assert weight == pytest.approx(mass * GRAVITY, rel=0.01)
 

@@ -196,7 +196,7 @@ def test_disturbances_that_cannot_be_are_refused_and_change_nothing(case: str) -
 
 def test_worlds_that_cannot_be_are_refused() -> None:
     inside = Wall(name="pillar", lower=(0.4, 0.0, 0.0), upper=(0.7, 0.2, 0.2))
-    with pytest.raises(ConfigurationError, match="pillar is .* mm deep in the arm's"):
+    with pytest.raises(ConfigurationError, match=r"pillar is .* mm deep in the arm's"):
         around(World(table=TABLE, walls=(inside,)))
     with pytest.raises(InvalidArgumentError, match="the world is 3"):
         Robot.simulated(world=3)  # type: ignore[arg-type]

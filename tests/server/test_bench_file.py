@@ -177,6 +177,18 @@ def test_a_scene_of_a_file_is_declared_and_kept_in_it(arm: SimulatedArm, tmp_pat
         assert (robot.scene.zones, unconfirmed()) == (SCENE.zones, ())
 
 
+def test_a_declared_scene_needs_no_file_and_no_confirmation(
+    arm: SimulatedArm, tmp_path: Path
+) -> None:
+    with client(arm, tmp_path) as robot:
+        robot.scene = SCENE
+        eventually(kept(tmp_path, b"reader"))
+    world = Scene((Box("nest", (0.2, -0.4, 0.0), (0.3, -0.3, 0.1)),))
+    with client(arm, tmp_path, declared=world) as robot:
+        assert (robot.scene.zones, unconfirmed()) == (world.zones, ())
+        robot.scene = SCENE
+
+
 def test_a_file_that_cannot_be_used_is_no_empty_bench(arm: SimulatedArm, tmp_path: Path) -> None:
     path = tmp_path / "bench.json"
     for content, reason in (

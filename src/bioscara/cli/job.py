@@ -61,7 +61,7 @@ def _plan_for_owner(job: Job, options: Options) -> Plan:
     """Return the plan in the workspace of a served arm, from where its other joints are."""
     with served_robot(options) as robot:
         workspace = robot.plan.workspace
-        if options.scene is not None:
+        if options.surroundings is not None:
             workspace = workspace.with_scene(job.scene)
         if options.full_speed:
             workspace = workspace.with_reduced_speed(False)
@@ -258,7 +258,7 @@ def run_job(job: AnyJob, parameters: ArmParameters, options: Options, output: Ou
     path = options.out or default_path(Path("runs"), job.title, started)
     priority = nullcontext() if options.priority is None else realtime(options.priority)
     with StopRequest() as cancelled, priority, open_arm(options, parameters, path) as robot:
-        if options.arm is None or options.scene is not None:
+        if options.arm is None or options.surroundings is not None:
             robot.scene = job.scene
         introduce(robot, options, output.line)
         require_acknowledgement(robot, options)

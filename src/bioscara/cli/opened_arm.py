@@ -108,7 +108,7 @@ def arrange(
     elif options.table is not None:
         # Not as the table of that arm: its owner would save it in place of the taught poses.
         cast("RemoteRobot", robot).borrow_table(table)
-    if own or options.scene is not None:
+    if own or options.surroundings is not None:
         robot.scene = scene
     if own or tool != FINGERS:
         robot.tool = tool

@@ -41,7 +41,7 @@ class Options(argparse.Namespace):
         run: Carries it out, and returns its exit status; None for OK.
         words: All arguments after ``bioscara``, as typed.
         paced: Whether a simulated trajectory runs in real time.
-        world: What surrounds a simulated arm; None for nothing.
+        world: What surrounds the arm, a file or a World; None for nothing.
         bus: Name of the bus.
         arm: Name of the owner whose arm is used, or the address of its gateway; None for an arm of
             this process.
@@ -72,6 +72,12 @@ class Options(argparse.Namespace):
     full_speed: bool = False
     start: Sequence[float] | None = None
     table: Path | None = None
+    scene: Path | None = None
+
+    @property
+    def surroundings(self) -> object:
+        """What ``--scene`` or ``--world`` names, whichever is given."""
+        return self.world or self.scene
 
     def typed(self, *more: str) -> str:
         """Return the command as typed, with further words, for a shell."""

@@ -95,7 +95,7 @@ def _plan(options: Options, sequence: StepSequence, output: Output) -> ExitStatu
             planner, space = robot.plan, robot.plan.workspace
             if options.table is not None:
                 space = space.with_table(read_table(options, space.table.fingers))
-            if options.scene is not None:
+            if options.surroundings is not None:
                 space = space.with_scene(scene_from(options))
             if options.tool not in {space.tool.name, FINGERS}:
                 space = space.with_tool(options.tool)

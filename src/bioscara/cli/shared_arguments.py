@@ -158,6 +158,12 @@ _ARGUMENTS: dict[str, dict[str, Any]] = {
         "default": FINGERS,
         "help": "name of the tool that is mounted",
     },
+    "--world": {
+        "metavar": "FILE",
+        "type": Path,
+        "help": "file with the table, walls, nests and labware that the arm keeps clear of, in "
+        "place of --scene",
+    },
     "--velocity-scaling": {
         "metavar": "SHARE",
         "type": number,
@@ -265,6 +271,26 @@ def _is_number(word: str) -> bool:
 def _require_target(parser: Parser, options: Options) -> None:
     if not _has_target(options):
         parser.error("one of the arguments --pose --joints --name is required")
+
+
+def share_scene(parser: Parser, **changes: Any) -> None:
+    """Add the arguments that name the surroundings of the arm, of which one can be given.
+
+    Args:
+        parser: Parser of the command.
+        changes: Differences of ``--scene`` of this command, such as its help.
+    """
+    share(parser, "--scene", **changes)
+    share(parser, "--world")
+    parser.checks.append(_check_scene)
+
+
+def _check_scene(parser: Parser, options: Options) -> None:
+    if options.scene is not None and options.world is not None:
+        parser.error(
+            "--scene and --world exclude one another, as a world has its zones; leave out one of "
+            "them"
+        )
 
 
 def share_taught(parser: Parser) -> None:

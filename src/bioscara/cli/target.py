@@ -33,11 +33,16 @@ from bioscara.robot.workspace.workspace import Workspace
 
 
 def scene_from(options: Options) -> Scene:
-    """Return the scene of ``--scene``; an empty one if no file is given.
+    """Return the scene of ``--scene`` or ``--world``; an empty one if no file is given.
 
     Raises:
         ConfigurationError: The file cannot be read; names file and line.
     """
+    if options.world is not None:
+        # Imported here: few commands have a world.
+        from bioscara.planning.world import read_world  # noqa: PLC0415
+
+        return read_world(options.world).planned
     return Scene() if options.scene is None else read_scene(options.scene)
 
 

@@ -79,7 +79,8 @@ def watch(
         with serving(robot, settings), _shown(_address()) as url:
             output.line(f"the simulated arm in the browser: {url}")
             # The priority is that of the owner's control loop, not of its client.
-            options.arm, options.scene, options.priority = NAME, None, None
+            options.arm, options.priority = NAME, None
+            options.scene = options.world = None
             status = demonstrate()
             if status is ExitStatus.INTERRUPTED:
                 return status

@@ -26,6 +26,7 @@ from bioscara.errors import (
 )
 from bioscara.kinematics import Joints
 from bioscara.planning import Trajectory
+from bioscara.planning.collision.scene import Scene
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
@@ -88,6 +89,7 @@ class Owner:
         overlay: The file with the values in which this arm differs; None if there is none.
         table: The file with the poses; None if they are not kept.
         scene: The file with the zones and the table; None if there is none.
+        declared: Scene at the start where there is no such file; None for that of the last owner.
         bench: The file in which the next owner finds the scene, the tool and the load of this one;
             None if they are not kept.
         clock: Returns the time [s].
@@ -118,6 +120,7 @@ class Owner:
         overlay: Path | None,
         table: Path | None = None,
         scene: Path | None = None,
+        declared: Scene | None = None,
         bench: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -133,7 +136,7 @@ class Owner:
         if (taught := poses.read()) is not None:
             robot.table = taught
         self._bench = BenchFile(bench)
-        self._bench.restore(self._arm, zones.read())
+        self._bench.restore(self._arm, zones.read() or declared)
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
         self._tasks = OwnerTasks(

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import ConfigurationError, HardwareError
+from bioscara.planning.collision.scene import Scene
 from bioscara.processes.nursery import start_early
 from bioscara.robot import FAULTS, Robot
 from bioscara.server.channel.api_process import MODULES
@@ -38,6 +39,8 @@ class ServeSettings:
         evidence: Folder of the flight records.
         table: File with the poses, tools and frames; None if those of clients are not kept.
         scene: File with the zones and the table; None if there is none.
+        declared: Scene at the start where there is no such file, as that of a world; it needs no
+            confirmation, and is not saved.
         bench: File in which the next owner finds the scene, the tool and the load; None if they are
             not kept.
         group: Group whose members may be clients; empty for this user alone.
@@ -52,6 +55,7 @@ class ServeSettings:
     evidence: Path = FAULTS
     table: Path | None = None
     scene: Path | None = None
+    declared: Scene | None = None
     bench: Path | None = None
     group: str = ""
     gateways: Sequence[tuple[str, ...]] = ()
@@ -100,6 +104,7 @@ async def serve(
         overlay=settings.overlay,
         table=settings.table,
         scene=settings.scene,
+        declared=settings.declared,
         bench=settings.bench,
     )
     # Before the loop: its priority and its locked memory are not theirs.

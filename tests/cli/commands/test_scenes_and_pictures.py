@@ -35,6 +35,13 @@ zones:
   - {name: post, keep: out, shape: cylinder, x: %g, y: %g, radius: 0.02, low: 0.0, high: 0.6}
 """
 
+WORLD = """\
+version: 2
+table: null
+margin: 0.005
+walls: [{name: w, lower: [%g, %g, 0.0], upper: [%g, %g, 0.6]}]
+"""
+
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -44,6 +51,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, joints in (("start", START), ("way", WAY), ("goal", PLATE)):
         x, y, *_ = arm.forward(joints)
         (tmp_path / f"{name}.yaml").write_text(SCENE % (x, y))
+    (tmp_path / "world.yaml").write_text(WORLD % (x - 0.1, y - 0.1, x + 0.1, y + 0.1))
     (tmp_path / "wrong.yaml").write_text(SCENE.replace("radius", "diameter") % (0.5, 0.5))
     (tmp_path / "full.png").symlink_to("/dev/full")
     (tmp_path / "millimetres.yaml").write_text(SCENE % (500, 0.5))
@@ -103,6 +111,12 @@ def test_a_motion_among_zones_is_drawn_with_them(command: str, folder: Path) -> 
          r"of 5 mm is missed by [\d.]+ mm"),
         ("--scene way.yaml", r"post from [\d.]+ s on, nearest at .* s: [\d.]+ mm inside"),
         ("--scene goal.yaml", r"too near to post (from [\d.]+ s on|at the target).* is missed by"),
+        ("--world none.yaml", r"none.yaml: No such file or directory"),
+        ("--world wrong.yaml", r"wrong.yaml, line 5: .*diameter"),
+        ("--world goal.yaml", r"too near to post (from [\d.]+ s on|at the target).* is missed by"),
+        ("--world world.yaml", r"too near to w (from [\d.]+ s on|at the target).* is missed by"),
+        ("--scene world.yaml", r"world.yaml, line 1: .*give it as --world FILE"),
+        ("--scene goal.yaml --world world.yaml", "--scene and --world exclude one another"),
         ("--from 9 0.2 0 0", r"--from is outside the limits: j1 at 9"),
         ("--from nan 0.2 0 0", r"--from is outside the limits: j1 .*nan"),
     ],

@@ -20,7 +20,7 @@ from bioscara.planning.collision.arm_bodies import (
     extent,
 )
 from bioscara.planning.collision.margins import OWN_MARGIN
-from bioscara.planning.collision.shapes import Prism, Table, distances
+from bioscara.planning.collision.shapes import Prism, ShapeTable, distances
 
 _BEYOND_END = 5e-3
 """How far the lift may be beyond its limits when pushed by hand [m]."""
@@ -115,7 +115,7 @@ def _near_in_plan(
     zero = np.zeros(len(turns))
     cos, sin = np.cos(turns), np.sin(turns)
     ahead = geometry.forearm if other.frame == WRIST else 0.0
-    here, there = Table.of([0] * len(before), before), Table.of([0] * len(shapes), shapes)
+    here, there = ShapeTable.of([0] * len(before), before), ShapeTable.of([0] * len(shapes), shapes)
     still = (zero[None], zero[None], zero[None], zero[None] + 1.0, zero[None])
     turned = (x + ahead * cos[None], y + ahead * sin[None], zero[None], cos[None], sin[None])
     gaps = distances(here.everywhere(still).take(parts[0]), there.everywhere(turned).take(parts[1]))

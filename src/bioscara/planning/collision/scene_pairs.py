@@ -24,7 +24,7 @@ from bioscara.planning.collision.shapes import (
     Frames,
     Placed,
     Prism,
-    Table,
+    ShapeTable,
     distance_bounds,
     distances,
     room_within,
@@ -79,9 +79,9 @@ class Layout:
     rows: Index
     own: npt.NDArray[np.bool_]
     reach: Array
-    _hulls: Table
+    _hulls: ShapeTable
     """Hulls around bodies."""
-    _shapes: Table
+    _shapes: ShapeTable
     """Parts of the bodies."""
     _whole: tuple[Index, Index]
     """Hulls of each row except those above the table."""
@@ -379,8 +379,8 @@ def layout_of(
         np.arange(len(pairs)),
         np.array([pair.own for pair in pairs], dtype=np.bool_),
         reaches(geometry, arm),
-        Table.of(rows.around_frames, rows.around),
-        Table.of(rows.frames, rows.shapes),
+        ShapeTable.of(rows.around_frames, rows.around),
+        ShapeTable.of(rows.frames, rows.shapes),
         (whole[:, 0], whole[:, 1]),
         (one, other),
         np.cumsum(counts),

@@ -266,7 +266,7 @@ Frames = tuple[Array, Array, Array, Array, Array]
 """The result of :func:`~bioscara.planning.collision.arm_bodies.frames`."""
 
 
-class Table(NamedTuple):
+class ShapeTable(NamedTuple):
     """Shapes with the numbers of their frames, each column of shape (shapes,).
 
     Attributes:
@@ -278,20 +278,20 @@ class Table(NamedTuple):
     shapes: Placed
 
     @classmethod
-    def of(cls, frames: Sequence[int], shapes: Sequence[Prism]) -> Table:
+    def of(cls, frames: Sequence[int], shapes: Sequence[Prism]) -> ShapeTable:
         """Return shapes as a table."""
         rows = [(s.x, s.y, s.yaw, s.half_x, s.half_y, s.radius, s.low, s.high) for s in shapes]
         x, y, yaw, *rest = np.array(rows).reshape(-1, 8).T.copy()
         return cls(np.array(frames, dtype=np.intp), Placed(x, y, np.cos(yaw), np.sin(yaw), *rest))
 
-    def take(self, rows: Index) -> Table:
+    def take(self, rows: Index) -> ShapeTable:
         """Return some of the shapes."""
-        return Table(self.frames[rows], self.shapes.take(rows))
+        return ShapeTable(self.frames[rows], self.shapes.take(rows))
 
-    def joined(self, other: Table) -> Table:
+    def joined(self, other: ShapeTable) -> ShapeTable:
         """Return the shapes of two tables as one."""
         columns = zip(self.shapes, other.shapes, strict=True)
-        return Table(
+        return ShapeTable(
             np.concatenate((self.frames, other.frames)),
             Placed(*(np.concatenate(both) for both in columns)),
         )

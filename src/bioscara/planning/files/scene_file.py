@@ -31,15 +31,30 @@ _Corner = tuple[float, float, float]
 
 
 class _Zone(Checked):
-    """A zone in the file; zones check their own ranges."""
+    """A zone in the file; zones check their own ranges.
+
+    Attributes:
+        name: Its name.
+        shape: Its shape.
+        keep: Whether the arm keeps in or out of it.
+        links: Names of the links that it applies to; all that move unless given.
+    """
 
     name: Name
     keep: Literal["in", "out"]
-    shape: str
     links: tuple[str, ...] = ()
 
 
 class _Box(_Zone):
+    """An upright box.
+
+    Attributes:
+        lower: Smallest x, y, z [m], base frame.
+        upper: Largest x, y, z [m].
+        yaw: Rotation about its centre [rad].
+    """
+
+    shape: Literal["box"]
     lower: _Corner
     upper: _Corner
     yaw: float = 0.0
@@ -49,6 +64,17 @@ class _Box(_Zone):
 
 
 class _Cylinder(_Zone):
+    """An upright cylinder.
+
+    Attributes:
+        x: Of its axis [m], base frame.
+        y: [m].
+        radius: [m].
+        low: Height of its bottom [m].
+        high: Height of its top [m].
+    """
+
+    shape: Literal["cylinder"]
     x: float
     y: float
     radius: float

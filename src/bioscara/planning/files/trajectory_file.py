@@ -32,7 +32,8 @@ CSV_MAX = 32 * 2**20
 """Largest CSV file that is read or written [bytes]: four joints fill a line with at most 13 numbers
 of 23 characters, so that :data:`ITEMS_MAX` points always fit."""
 
-_TOP_LEVEL = re.compile(r"^(poses|zones|steps):", re.MULTILINE)
+_TOP_LEVEL = re.compile(r"^(poses|zones|steps|walls|nests|hotels|stacks|labware):", re.MULTILINE)
+_WORLD = re.compile(r"^version: *2\b", re.MULTILINE)
 _SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
 
 
@@ -117,8 +118,9 @@ def _refuse_other_kind(path: str, text: str) -> None:
             "is a sequence of steps and holds no trajectory; carry it out with 'bioscara run "
             f"{path}'"
         )
+    option = "--world" if _WORLD.search(text) else "--scene"
     raise TrajectoryError(
-        f"describes surroundings and holds no trajectory; give it as --scene {path}, with a "
+        f"describes surroundings and holds no trajectory; give it as {option} {path}, with a "
         f"trajectory file"
     )
 

@@ -13,7 +13,7 @@ from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
 from bioscara.planning.collision.arm_bodies import GRIPPER, arm_of, frames
 from bioscara.planning.collision.scene_pairs import LINKS
-from bioscara.planning.collision.shapes import Placed, Prism, Table as Shapes, distances
+from bioscara.planning.collision.shapes import Placed, Prism, ShapeTable, distances
 from bioscara.planning.world.bodies import Item, Nest, Table, Wall
 from bioscara.spelling import did_you_mean
 
@@ -114,7 +114,7 @@ def _support(
         return Conflict(
             item.name,
             f"{item.name} stands on nothing: its bottom is at z = {item.z:g} m, and below its "
-            f"centre there is {heights or 'nothing'}; correct its place, or give 'on'",
+            f"centre there is {heights or 'nothing'}; correct its place",
         )
     for nest in nests:
         if nest.name == standing[0].name:
@@ -202,11 +202,11 @@ def _homed_arm() -> tuple[list[str], Placed]:
     bodies = arm_of(kinematics.geometry, tool, GRIPPER, (width, width))
     parts = [(body, shape) for body in bodies for shape in body.shapes]
     homed = np.array([[joint.home_position for joint in parameters.joints]])
-    table = Shapes.of([body.frame for body, _ in parts], [shape for _, shape in parts])
+    table = ShapeTable.of([body.frame for body, _ in parts], [shape for _, shape in parts])
     return [body.link for body, _ in parts], table.everywhere(frames(kinematics, homed))
 
 
 def _placed(shapes: Iterable[Prism]) -> Placed:
     """Return shapes in the base frame as arrays."""
     shapes = [*shapes]
-    return Shapes.of([0] * len(shapes), shapes).shapes
+    return ShapeTable.of([0] * len(shapes), shapes).shapes

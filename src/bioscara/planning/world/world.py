@@ -114,7 +114,8 @@ class World:
         """
         moved = self.item(name)
         left = tuple(item for item in self.items if item is not moved)
-        places: dict[str, Nest | Item] = {each.name: each for each in (*self.nests, *left)}
+        bodies: list[Nest | Item] = [*self.nests, *left]
+        places = {each.name: each for each in bodies}
         if on not in places:
             hint = did_you_mean(on, places, f"there are {', '.join(places) or 'none'}")
             raise InvalidArgumentError(f"there is no nest or labware {shown(on)}; {hint}")

@@ -14,9 +14,9 @@ A scene file, version 1, is a world without bodies.
     hotels:
       - {name: hotel, x: 0.0, y: 0.5, z: 0.02, levels: 3, pitch: 0.2}
     stacks:
-      - {name: stack, kind: microplate_96, count: 3, on: hotel/1}
+      - {name: stack, kind: microplate_96, count: 3, place: hotel/1}
     labware:
-      - {name: plate, kind: microplate_96, on: a}
+      - {name: plate, kind: microplate_96, place: a}
       - {name: lid, kind: corning_96_lid, x: 0.3, y: 0.0, z: 0.0, mass: 0.012}
 
 All but version, margin and table may be left out.
@@ -103,7 +103,7 @@ class Piece(Checked):
     Attributes:
         name: Its name.
         kind: Its kind in the labware table.
-        on: Name of the nest or of the labware below it.
+        place: Name of the nest or of the labware on which it stands.
         x: Of its centre [m], base frame.
         y: [m].
         z: Height of its bottom [m].
@@ -113,11 +113,11 @@ class Piece(Checked):
 
     name: BodyName
     kind: Name
-    on: Name | None = None
+    place: Name | None = None
     x: Coordinate | None = None
     y: Coordinate | None = None
     z: Coordinate | None = None
-    yaw: Angle = 0.0
+    yaw: Angle | None = None
     mass: Mass | None = None
 
     @classmethod
@@ -133,15 +133,13 @@ class Piece(Checked):
 
     def problems(self) -> Iterator[Problem]:
         """Yield a place that is missing or given twice."""
-        given = [name for name in _PLACE if getattr(self, name) is not None]
-        if self.on is None:
-            for name in _PLACE:
-                if name not in given:
-                    yield Problem(
-                        "is missing; give x, y and z, or what it stands on: 'on'", (name,)
-                    )
-        elif given or self.yaw:
-            yield Problem("with 'on' the place follows from it; leave it out", (*given, "yaw")[:1])
+        missing = [name for name in _PLACE if getattr(self, name) is None]
+        if self.place is None and missing:
+            text = "is missing; give x, y and z, or 'place': what it stands on"
+            yield Problem(text, (missing[0] if len(missing) < len(_PLACE) else "place",))
+        given = [name for name in (*_PLACE, "yaw") if getattr(self, name) is not None]
+        if self.place is not None and given:
+            yield Problem("follows from 'place'; leave out one of them", (given[0],))
 
     @property
     def names(self) -> list[str]:
@@ -149,25 +147,25 @@ class Piece(Checked):
         return [self.name]
 
     def items(self, kind: Labware, below: Nest | Item | None) -> Iterator[Item]:
-        """Yield the items, the lowest first; ``below`` is what ``on`` names."""
-        x, y, z, yaw = self.x or 0.0, self.y or 0.0, self.z or 0.0, self.yaw
+        """Yield the items, the lowest first; ``below`` is what ``place`` names."""
+        x, y, z, yaw = self.x or 0.0, self.y or 0.0, self.z or 0.0, self.yaw or 0.0
         if below is not None:
             x, y, z, yaw = below.x, below.y, below.top, below.yaw
         mass = kind.mass if self.mass is None else self.mass
-        on = self.on
+        on = self.place
         for name in self.names:
             yield Item(name=name, labware=kind, x=x, y=y, z=z, yaw=yaw, mass=mass, on=on)
             z, on = z + kind.stack_height, name
 
 
-class Stack(Piece):
+class LabwareStack(Piece):
     """Labware of one kind on one another: ``NAME/1`` is the lowest, and stands as a piece does.
 
     Attributes:
         name: Its name.
         kind: Kind in the labware table.
         count: Number of pieces.
-        on: Name of the nest or of the labware below it.
+        place: Name of the nest or of the labware on which it stands.
         x: Of its centre [m], base frame.
         y: [m].
         z: Height of its bottom [m].
@@ -207,7 +205,7 @@ class WorldFile(Checked):
     walls: tuple[Wall, ...] = ()
     nests: tuple[Nest, ...] = ()
     hotels: tuple[Hotel, ...] = ()
-    stacks: tuple[Stack, ...] = ()
+    stacks: tuple[LabwareStack, ...] = ()
     labware: tuple[Piece, ...] = ()
 
     def problems(self) -> Iterator[Problem]:
@@ -267,7 +265,7 @@ class _Reading:
             yield nest
         for index, hotel in enumerate(self._written.hotels):
             place = ("hotels", index)
-            for nest in self._made(place, hotel.nests()):
+            for nest in self._made(place, hotel.name, hotel.nests()):
                 self._places.setdefault(nest.name, place)
                 yield nest
 
@@ -278,29 +276,26 @@ class _Reading:
         for key, pieces in (("stacks", self._written.stacks), ("labware", self._written.labware)):
             waiting |= {(key, index): piece for index, piece in enumerate(pieces)}
         names = {*nests, *(name for piece in waiting.values() for name in piece.names)}
-        for place, piece in waiting.items():
-            for what, name, known in (("kind", piece.kind, kinds), ("on", piece.on, names)):
+        for at, piece in waiting.items():
+            for what, name, known in (("kind", piece.kind, kinds), ("place", piece.place, names)):
                 if name is not None and name not in known:
                     thing = "kind of labware" if what == "kind" else "nest or labware"
                     hint = did_you_mean(name, known, f"there are {', '.join(sorted(known))}")
-                    self._refuse(
-                        (*place, what),
-                        f"{piece.name}, {what}: there is no {thing} {name!r}; {hint}",
-                    )
+                    text = f"{piece.name}, {what}: there is no {thing} {name!r}; {hint}"
+                    self._refuse((*at, what), text)
         there: dict[str, Nest | Item] = {**nests}
         items: list[Item] = []
         while waiting:
-            ready = [at for at, piece in waiting.items() if piece.on is None or piece.on in there]
+            ready = [at for at, each in waiting.items() if each.place in {None, *there}]
             if not ready:
-                place, piece = next(iter(waiting.items()))
-                self._refuse(
-                    place, f"{piece.name} stands on itself, by way of {piece.on}; correct 'on'"
-                )
-            for place in ready:
-                piece = waiting.pop(place)
-                below = None if piece.on is None else there[piece.on]
-                for item in self._made(place, piece.items(kinds[piece.kind], below)):
-                    self._places.setdefault(item.name, place)
+                at, piece = next(iter(waiting.items()))
+                text = f"{piece.name} stands on itself, by way of {piece.place}; correct 'place'"
+                self._refuse((*at, "place"), text)
+            for at in ready:
+                piece = waiting.pop(at)
+                below = None if piece.place is None else there[piece.place]
+                for item in self._made(at, piece.name, piece.items(kinds[piece.kind], below)):
+                    self._places.setdefault(item.name, at)
                     there.setdefault(item.name, item)
                     items.append(item)
         return items
@@ -317,12 +312,12 @@ class _Reading:
                 )
         return labware_table(*files)
 
-    def _made(self, place: Location, bodies: Iterator[Body]) -> Iterator[Body]:
-        """Yield bodies; refuse values that follow from others, as the height in a high stack."""
+    def _made(self, place: Location, name: str, bodies: Iterator[Body]) -> Iterator[Body]:
+        """Yield the bodies of an entry; refuse what follows from it, as a height in a stack."""
         try:
             yield from bodies
         except ConfigurationError as error:
-            self._refuse(place, str(error))
+            self._refuse(place, f"{name}: {error}")
 
     def _refuse(self, place: Location, text: str) -> NoReturn:
         raise ConfigurationError(f"{self._file.place(place)}{text}") from None

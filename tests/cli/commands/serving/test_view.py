@@ -213,6 +213,8 @@ def test_a_teach_table_that_is_run_is_recognised(name: str, said: Said) -> None:
 
 def test_a_scene_that_is_run_is_recognised(said: Said) -> None:
     assert f"give it as --scene {EXAMPLE}" in said.refusal("run", str(EXAMPLE))
+    world = EXAMPLE.with_name("world.yaml")
+    assert f"give it as --world {world}" in said.refusal("run", str(world))
 
 
 def test_a_scene_that_cannot_be_read_is_refused(said: Said) -> None:
@@ -221,6 +223,7 @@ def test_a_scene_that_cannot_be_read_is_refused(said: Said) -> None:
 
 
 def test_the_scene_of_a_served_arm_is_its_own(said: Said) -> None:
-    assert "arm:left is shown in the scene of its owner" in said.refusal(
-        "view --port 0 arm:left --scene", str(EXAMPLE)
-    )
+    for word in ("--scene", "--world"):
+        assert f"{word}: arm:left is shown in the scene of its owner" in said.refusal(
+            f"view --port 0 arm:left {word}", str(EXAMPLE)
+        )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share, share_scene
 from bioscara.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -24,7 +24,9 @@ _STEP_SCALING = 0.3
 
 
 def arguments(parser: Parser) -> None:
-    share(parser, "--parameters", "--scene", "--table", "--tool")
+    share(parser, "--parameters")
+    share_scene(parser)
+    share(parser, "--table", "--tool")
     share_arm(parser)
     share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 

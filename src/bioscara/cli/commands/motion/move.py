@@ -5,13 +5,14 @@ from __future__ import annotations
 from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share, share_target
+from bioscara.cli.shared_arguments import share, share_scene, share_target
 
 
 def arguments(parser: Parser) -> None:
     share(parser, "--parameters")
     share_target(parser)
-    share(parser, "--scene", "--csv", "--plot")
+    share_scene(parser)
+    share(parser, "--csv", "--plot")
     share_arm(parser)
     share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 

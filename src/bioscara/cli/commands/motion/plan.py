@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import share, share_target
+from bioscara.cli.shared_arguments import share, share_scene, share_target
 
 
 def arguments(parser: Parser) -> None:
     share(parser, "--parameters")
     share(parser, "--from", help="joint positions at the start")
     share_target(parser)
-    share(parser, "--scene", "--csv", "--plot", "--full-speed", "--deg")
+    share_scene(parser)
+    share(parser, "--csv", "--plot", "--full-speed", "--deg")
 
 
 def run(options: Options, output: Output) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import FINGERS, share
+from bioscara.cli.shared_arguments import FINGERS, share, share_scene
 from bioscara.errors import InvalidArgumentError
 
 
@@ -33,7 +33,8 @@ def arguments(parser: Parser) -> None:
         action="store_true",
         help="stretch the trajectory in time where it exceeds a speed or acceleration limit",
     )
-    share(parser, "--scene", "--out")
+    share_scene(parser)
+    share(parser, "--out")
     share_arm(parser)
     share(parser, "--acknowledge", "--realtime", "--full-speed", "--deg", "--rate", "--priority")
 

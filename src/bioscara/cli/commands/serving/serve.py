@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser, number, parse
-from bioscara.cli.shared_arguments import share
+from bioscara.cli.shared_arguments import share, share_scene
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.spelling import did_you_mean
 
@@ -61,9 +61,8 @@ def arguments(parser: Parser) -> None:
     share(
         parser, "--table", help="file with the poses, in which those that clients teach are saved"
     )
-    share(
+    share_scene(
         parser,
-        "--scene",
         help="file with the zones and the table; a scene that a client sets is saved in it",
     )
     parser.add_argument("--json", action="store_true", help="write the log as JSON")
@@ -139,6 +138,7 @@ def run(options: Options, output: Output) -> None:
     from bioscara.cli.signals import StopRequest
     from bioscara.cli.teach_table import table_file
     from bioscara.connect import Robot
+    from bioscara.planning.world import read_world
     from bioscara.processes.nursery import start_early
     from bioscara.server import log
     from bioscara.server.channel.api_process import MODULES
@@ -154,6 +154,7 @@ def run(options: Options, output: Output) -> None:
         evidence=options.evidence,
         table=table_file(options),
         scene=_existing(options.scene),
+        declared=None if options.world is None else read_world(options.world).planned,
         bench=_state_folder() / f"{options.name}@{options.bus.replace('/', '_')}.json",
         group=options.group,
         gateways=[_with_one_address(words) for words in options.gateways],
@@ -171,7 +172,8 @@ def run(options: Options, output: Output) -> None:
         output.line(f"arm: {owner.robot.description}")
         if settings.overlay is None:
             output.line("parameters: those of the existing arms")
-        for what, path in (("table", settings.table), ("scene", settings.scene)):
+        around = ("scene", settings.scene) if options.world is None else ("world", options.world)
+        for what, path in (("table", settings.table), around):
             output.line(f"{what}: {path.absolute() if path else 'none'}")
         output.line(f"{settings.name} is served: bioscara status --arm {settings.name}")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from bioscara.cli.commands.serving.web import require_packages
 from bioscara.cli.output.console import Output
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import FINGERS, share, share_target
+from bioscara.cli.shared_arguments import FINGERS, share, share_scene, share_target
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def arguments(parser: Parser) -> None:
         "--port",
         help="TCP port to listen on (default 8080); the next free one is taken if it is in use",
     )
-    share(parser, "--scene", help="file with the zones and the table to show")
+    share_scene(parser, help="file with the zones and the table to show")
     parser.checks.append(_check)
 
 
@@ -95,9 +95,10 @@ def _server(options: Options) -> tuple[PageServer, str]:
 
     source, port = options.source, _first_free(LOOPBACK, options.port)
     if source is not None and source.startswith(SERVED):
-        if options.scene is not None:
+        if options.surroundings is not None:
+            word = "--scene" if options.world is None else "--world"
             raise InvalidArgumentError(
-                f"--scene: {source} is shown in the scene of its owner; leave it out"
+                f"{word}: {source} is shown in the scene of its owner; leave it out"
             )
         name = source.removeprefix(SERVED)
         gateway = Gateway(GatewaySettings(name, port=port, read_only=True))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from bioscara.cli.arm_choice import BUS_HELP
 from bioscara.cli.output.console import Output, columns
 from bioscara.cli.parser import Options, Parser
-from bioscara.cli.shared_arguments import JOINTS, share, share_taught
+from bioscara.cli.shared_arguments import JOINTS, share, share_scene, share_taught
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def arguments(parser: Parser) -> None:
         help="draw the motion to the pose, joints and tool against their limits, as PNG",
     )
     share(show, "--from", help="joint positions at the start of that motion")
-    share(show, "--scene", help="file with the zones and the table that the motion keeps clear of")
+    share_scene(show, help="file with the zones and the table that the motion keeps clear of")
     show.checks.append(_check_show)
     where = save.add_mutually_exclusive_group()
     where.add_argument("--bus", metavar="BUS", help="current position of this arm; " + BUS_HELP)
@@ -54,7 +54,8 @@ def arguments(parser: Parser) -> None:
 
 
 def _check_show(parser: Parser, options: Options) -> None:
-    for word, value in (("--from", options.start), ("--scene", options.scene)):
+    given = {"--from": options.start, "--scene": options.scene, "--world": options.world}
+    for word, value in given.items():
         if value is not None and options.plot is None:
             parser.error(f"{word} applies only to the motion that --plot FILE draws; add --plot")
 
