@@ -74,7 +74,7 @@ def site(*at: float, speed: float = 1.0, original: str = "") -> Iterator[Site]:
     Args:
         *at: Where it stands, homed; by default far from all limits.
         speed: Factor by which its time is faster than real time.
-        original: Names of the joints with original firmware.
+        original: Names of the joints with original firmware; WORLD for an arm among bodies.
     """
     program = str(Path(__file__).with_name("served_site.py"))
     with runtime_folder() as folder:

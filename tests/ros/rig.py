@@ -198,8 +198,8 @@ class Rig:
         )
 
     @contextmanager
-    def owner(self, *at: float, speed: float = 1.0) -> Iterator[subprocess.Popen[str]]:
-        """Serve an arm; ``at`` is where it stands, homed."""
+    def owner(self, *at: float | str, speed: float = 1.0) -> Iterator[subprocess.Popen[str]]:
+        """Serve an arm; ``at`` is where it stands, homed, or WORLD for one among bodies."""
         words = [str(HERE / "arm_to_serve.py"), str(speed), *map(str, at)]
         with running(*words, env=environment(**{VARIABLE: str(self.folder)})) as process:
             wait_for_line(process, "served")

@@ -2,8 +2,8 @@
 
 A connection begins with :class:`ClientHello` and its answer :class:`Welcome`. Then the client sends
 :class:`ClientRequest`, each answered by one :class:`Response` or :class:`RequestFailed` of the same
-number, and the owner sends :class:`StateSample`, :class:`ControllersSample`, :class:`Event` and
-:class:`GoalCycle` to subscribers.
+number, and the owner sends :class:`StateSample`, :class:`ControllersSample`, :class:`WorldSample`,
+:class:`Event` and :class:`GoalCycle` to subscribers.
 
 Lengths are in m, angles in rad, times in s. A number that is unknown is NaN, and null in JSON;
 a speed without a limit is infinite, and null in JSON, where a client leaves it out. A pose is
@@ -25,6 +25,7 @@ from bioscara.control.faults.supervisor import FaultState
 from bioscara.hardware.component import LifecycleState
 from bioscara.kinematics import Pose
 from bioscara.model import ArmParameters
+from bioscara.physics.bodies import BodyPose, BodyShape
 from bioscara.planning import Sample
 from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
@@ -598,6 +599,69 @@ class SimulateFault(Command, frozen=True, tag="simulate_fault"):
     value: float | None = None
 
 
+class Disturbance(Command, frozen=True):
+    """Base of the commands that change the world around a simulated arm, also while it moves.
+
+    They are refused for an arm without a world. They need no lease: they are no commands of the
+    arm.
+    """
+
+    scope = Scope.OPERATE
+    slow = True
+
+
+class PushBody(Disturbance, frozen=True, kw_only=True, tag="push_body"):
+    """Push a piece of labware, or a link of the arm.
+
+    Attributes:
+        name: Its name; ``link_1`` to ``link_4`` are the arm's.
+        force: x, y, z in the base frame, each at most 50 N.
+        duration: At most 10 s of the arm's time.
+    """
+
+    name: str
+    force: tuple[float, float, float]
+    duration: float = 0.1
+
+
+class TiltBody(Disturbance, frozen=True, kw_only=True, tag="tilt_body"):
+    """Tilt a nest, a wall or an obstacle about its origin.
+
+    Attributes:
+        name: Its name.
+        height: By how much the end of a plate that lies on it is raised, 0 to 20 mm; 0 ends it.
+        direction: Direction of that end, from the body's x axis.
+    """
+
+    name: str
+    height: float
+    direction: float = 0.0
+
+
+class AddObstacle(Disturbance, frozen=True, kw_only=True, tag="add_obstacle"):
+    """Put a fixed box into the world.
+
+    Attributes:
+        name: A new name.
+        lower: Smallest x, y, z in the base frame.
+        upper: Largest x, y, z.
+    """
+
+    name: str
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+
+
+class TakeAway(Disturbance, frozen=True, tag="take_away"):
+    """Take labware that is not held, a nest, a wall or an obstacle out of the world.
+
+    Attributes:
+        name: Its name.
+    """
+
+    name: str
+
+
 class SetRealTimeFactor(Command, frozen=True, tag="set_real_time_factor"):
     """Let the time of a simulated arm pass faster or slower; refused on a real one.
 
@@ -914,6 +978,18 @@ class GetSimulation(Query, frozen=True, tag="get_simulation"):
     """Ask for the :class:`SimulationState`."""
 
 
+class GetBodies(Query, frozen=True, tag="get_bodies"):
+    """Ask for the :class:`BodyList`; refused for an arm without a world."""
+
+    slow = True
+
+
+class GetWorld(Query, frozen=True, tag="get_world"):
+    """Ask for the :class:`WorldSample` of now; refused for an arm without a world."""
+
+    slow = True
+
+
 class GetFaults(Query, frozen=True, tag="get_faults"):
     """Ask for the :class:`FaultList`."""
 
@@ -1038,9 +1114,13 @@ class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
         events_after: Number after which to send events, 0 for all that are kept; null for none.
         controllers: Whether to send samples of the clients' controllers, likewise conflated.
         controllers_period: Least time between two of those.
-        unconfirmed: Number of state samples that are sent before the client confirms one by
-            :class:`Received`; 0 for no limit. For clients that read without processing: a browser
-            takes megabytes for a page that stands still, and would show them late.
+        world: Whether to send samples of the bodies around a simulated arm, likewise conflated; an
+            arm without a world sends none.
+        world_period: Least time between two of those; the owner makes one in 0.05 s.
+        unconfirmed: Number of state samples, and of those of the world, that are sent before the
+            client confirms one by :class:`Received`; 0 for no limit. For clients that read without
+            processing: a browser takes megabytes for a page that stands still, and would show them
+            late.
     """
 
     scope = Scope.VIEW
@@ -1051,6 +1131,8 @@ class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
     events_after: int | None = None
     controllers: bool = False
     controllers_period: float = 0.0
+    world: bool = False
+    world_period: float = 0.0
 
 
 class Recall(Command, frozen=True, tag="recall"):
@@ -1082,6 +1164,10 @@ AnyCommand = (
     | SetSpeedOverride
     | StopAll
     | SimulateFault
+    | PushBody
+    | TiltBody
+    | AddObstacle
+    | TakeAway
     | SetRealTimeFactor
     | MakePlan
     | LoadController
@@ -1109,6 +1195,8 @@ AnyCommand = (
     | GetWorkspace
     | GetHistory
     | GetSimulation
+    | GetBodies
+    | GetWorld
     | GetFaults
     | GetGoal
     | GetTrajectories
@@ -1165,10 +1253,10 @@ class ClientRequest(
 
 
 class Received(ApiMessage, frozen=True, forbid_unknown_fields=True, tag="received"):
-    """Confirm a state sample and those before it; has no answer.
+    """Confirm the samples of state and world up to a cycle; has no answer.
 
     Attributes:
-        cycle: Its number.
+        cycle: Number of the cycle.
     """
 
     cycle: int
@@ -1312,6 +1400,20 @@ class SimulationState(Result, frozen=True, kw_only=True, tag="simulation"):
     available: bool
     real_time_factor: float
     faults: tuple[SimulatedFaultValue, ...]
+
+
+class BodyList(Result, frozen=True, tag="body_list"):
+    """The bodies around a simulated arm.
+
+    Attributes:
+        version: Number of this list; another one once bodies come or go.
+        bodies: Name, kind, whether it moves, and boxes of each.
+        poses: Where each was when this list began.
+    """
+
+    version: int
+    bodies: tuple[BodyShape, ...]
+    poses: tuple[BodyPose, ...]
 
 
 class History(Result, frozen=True, kw_only=True, tag="history"):
@@ -1700,6 +1802,26 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     paused_by: tuple[str, ...] = ()
 
 
+class WorldSample(Result, frozen=True, kw_only=True, tag="world"):
+    """The bodies around a simulated arm at the end of a control cycle.
+
+    Attributes:
+        cycle: Number of the cycle, as of :class:`StateSample`.
+        time: Its begin, on the arm's clock.
+        version: Number of the :class:`BodyList` that it belongs to.
+        held: Name of the body that both jaws press on; null if there is none.
+        width: True width between the jaws.
+        poses: The bodies that are not where that list says: each sample has all of these.
+    """
+
+    cycle: int
+    time: float
+    version: int
+    held: str | None
+    width: float
+    poses: tuple[BodyPose, ...]
+
+
 AnyResult = (
     Done
     | NotArrived
@@ -1710,6 +1832,7 @@ AnyResult = (
     | WorkspaceState
     | History
     | SimulationState
+    | BodyList
     | FaultList
     | GoalState
     | GoalList
@@ -1728,6 +1851,7 @@ AnyResult = (
     | DesiredState
     | Introspection
     | StateSample
+    | WorldSample
 )
 
 
@@ -1920,4 +2044,13 @@ class ControllersSample(ApiMessage, frozen=True, kw_only=True, tag="controllers_
     activity: int
 
 
-FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | Event | GoalCycle
+FromOwner = (
+    Welcome
+    | Response
+    | RequestFailed
+    | StateSample
+    | ControllersSample
+    | WorldSample
+    | Event
+    | GoalCycle
+)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 from bioscara.api.failures import error_of, failure_of
 from bioscara.api.messages import (
+    BodyList,
     BoxZone,
     CylinderZone,
     FaultList,
@@ -16,12 +17,15 @@ from bioscara.api.messages import (
     SceneValue,
     TrajectoryValue,
     WorkspaceState,
+    WorldSample,
 )
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.control.faults.kinds import ArmFault, FaultKind
 from bioscara.control.faults.warning import ArmWarning
 from bioscara.hardware.interfaces import Quality
+from bioscara.hardware.link_frames import Transform
 from bioscara.model import ArmParameters
+from bioscara.physics.bodies import BodyBox, BodyPose, BodyShape
 from bioscara.planning import Trajectory
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.arm_bodies import GRIPPER
@@ -31,6 +35,8 @@ from bioscara.robot.workspace.workspace import Workspace
 QUALITIES = tuple(Quality)
 """Qualities in the order of their numbers in messages."""
 
+_BASE = "base_link"
+"""Link whose frame is that of poses."""
 _PART = 500
 """Number of points of a trajectory in one message: of six joints in JSON these are up to 200 kB."""
 
@@ -190,3 +196,33 @@ def gripper_of(value: GripperValue) -> GripperResult:
         value.stalled,
         QUALITIES[value.quality],
     )
+
+
+def placed(bodies: BodyList, sample: WorldSample) -> tuple[BodyPose, ...]:
+    """Return where all bodies are by a sample, in the order of their list."""
+    moved = {pose.name: pose for pose in sample.poses}
+    return tuple([moved.get(pose.name, pose) for pose in bodies.poses])
+
+
+def body_frame(name: str) -> str:
+    """Return the name of a body's frame among those of the arm's links."""
+    return f"body/{name}"
+
+
+def body_transform(pose: BodyPose) -> Transform:
+    """Return where a body is as the transform of its frame."""
+    place, turn = (pose.x, pose.y, pose.z), (pose.qx, pose.qy, pose.qz, pose.qw)
+    return Transform(_BASE, body_frame(pose.name), place, turn)
+
+
+def shown_boxes(shapes: Iterable[BodyShape]) -> list[tuple[BodyShape, int, BodyBox]]:
+    """Return the boxes of bodies, each with its body and its number in that.
+
+    The jaws are left out: the robot description shows them.
+    """
+    return [
+        (shape, number, box)
+        for shape in shapes
+        if shape.kind != "jaw"
+        for number, box in enumerate(shape.boxes)
+    ]

@@ -10,6 +10,7 @@ from bioscara.hardware import Urdf
 from bioscara.hardware.urdf_joints import Place, UrdfJoint, origin_of, tree_of
 from bioscara.model import ArmParameters
 from bioscara.model.urdf import URDF, mesh_file, urdf_of
+from bioscara.physics.bodies import COLOURS
 
 BASE, TOOL = "base_link", "tool"
 """Links whose frames are the frame of the scene and the pose of the tool."""
@@ -49,12 +50,14 @@ class ArmModel(msgspec.Struct, frozen=True):
         tool: Link whose frame is the pose of the gripper's tool.
         links: The links.
         joints: The joints, parents before children.
+        body_colors: Red, green and blue, 0 to 1, of the kinds of bodies around a simulated arm.
     """
 
     base: str
     tool: str
     links: tuple[ModelLink, ...]
     joints: tuple[UrdfJoint, ...]
+    body_colors: dict[str, tuple[float, float, float]]
 
 
 def model_of(parameters: ArmParameters) -> ArmModel:
@@ -80,7 +83,8 @@ def model_of(parameters: ArmParameters) -> ArmModel:
         )
         for tag in urdf.root.findall("link")
     )
-    return ArmModel(BASE, TOOL, links, tree_of(urdf))
+    colors = {kind: color[:3] for kind, color in COLOURS.items()}
+    return ArmModel(BASE, TOOL, links, tree_of(urdf), colors)
 
 
 def meshes() -> dict[str, bytes]:

@@ -27,6 +27,8 @@ Triple = tuple[float, float, float]
 Image = npt.NDArray[np.uint8]
 """Rows from the top of red, green and blue, shape (height, width, 3)."""
 
+SIZE = (640, 480)
+"""Width and height of an image where none are given [pixels]."""
 SIZES = (16, 2048)
 """Smallest and largest width and height of an image [pixels]."""
 _VIEWS = (math.radians(1.0), math.radians(150.0))
@@ -129,7 +131,7 @@ def render(
     model: Any,
     data: Any,
     camera: str | Camera = "front",
-    size: tuple[int, int] = (640, 480),
+    size: tuple[int, int] = SIZE,
 ) -> Image:
     """Return the image that a camera takes, without shadows, of the shapes in groups 0 to 2.
 

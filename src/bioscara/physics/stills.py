@@ -6,14 +6,11 @@ import copy
 import threading
 from typing import Any, NamedTuple
 
-from bioscara.physics.camera import Camera, Image, render
+from bioscara.physics.camera import SIZE, Camera, Image, render
 from bioscara.physics.coupling import allow_sleep
 from bioscara.physics.engine import mujoco
 from bioscara.physics.world import PhysicsWorld
 from bioscara.planning.arrays import Array
-
-SIZE = (640, 480)
-"""Width and height of an image where none are given [pixels]."""
 
 
 class View(NamedTuple):
@@ -47,7 +44,7 @@ def still_of(world: PhysicsWorld) -> Still:
     return Still(world.model, world.data.qpos.copy(), world.model.body_quat.copy())
 
 
-def image_of(still: Still, camera: str | Camera = "front", size: tuple[int, int] = SIZE) -> Image:
+def image_of(still: Still, camera: str | Camera, size: tuple[int, int]) -> Image:
     """Return the image that a camera takes of a world, in any thread.
 
     Args:

@@ -214,6 +214,11 @@ class OwnerLink:
         )
         self._subscribe()
 
+    def subscribe_to_world(self) -> None:
+        """Let the owner send samples of the bodies around a simulated arm."""
+        self._subscription = msgspec.structs.replace(self._subscription, world=True)
+        self._subscribe()
+
     def _subscribe(self) -> None:
         command = msgspec.structs.replace(self._subscription, events_after=self._last_event)
         request = m.ClientRequest(id=next(self._numbers), command=command)

@@ -47,6 +47,7 @@ from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_controllers import RemoteControllers
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
+from bioscara.remote.remote_simulation import RemoteSimulation
 from bioscara.remote.transport import Transport
 from bioscara.robot.arm_methods import ArmMethods, Glance, condition
 from bioscara.robot.call_log import called, flush, log, logged, refused
@@ -117,6 +118,7 @@ class RemoteRobot(ArmMethods):
         self._opened = self._closed = False
         self._workspace: tuple[m.WorkspaceState, Workspace] | None = None
         self._description: m.Description | None = None
+        self._simulation = RemoteSimulation(self._ask, self._link.subscribe_to_world)
         self.gripper = RobotGripper(self.do, self._jaws)
         self.controllers = RemoteControllers(
             self._command_for, self._ask, self._link.subscribe_to_controllers
@@ -332,9 +334,9 @@ class RemoteRobot(ArmMethods):
         self._ask(m.SimulateFault(fault, joint, value), m.Done)
 
     @property
-    def simulation(self) -> m.SimulationState:
-        """The simulated faults that last, and the speed of simulated time."""
-        return self._ask(m.GetSimulation(), m.SimulationState)
+    def simulation(self) -> RemoteSimulation:
+        """The world around a simulated arm; also its faults that last, and its speed of time."""
+        return self._simulation
 
     def set_real_time_factor(self, factor: float) -> None:
         """Let the time of a simulated arm pass faster or slower, also while it moves.
@@ -564,6 +566,8 @@ class RemoteRobot(ArmMethods):
         else:
             if isinstance(message, m.ControllersSample):
                 self.controllers.receive(message)
+            elif isinstance(message, m.WorldSample):
+                self._simulation.receive(message)
             return
         with self._registering:
             operation = self._operations.get(number)
@@ -587,6 +591,7 @@ class RemoteRobot(ArmMethods):
         if not self._closed:
             # The next owner may have other parameters.
             self._description = self._workspace = None
+            self._simulation = RemoteSimulation(self._ask, self._link.subscribe_to_world)
         with self._registering:
             lost = list(self._operations.values())
             self._operations.clear()

@@ -30,6 +30,7 @@ from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.operations.running import Running
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.robot_gripper import RobotGripper
+from bioscara.robot.simulated_world import SimulatedWorld
 from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
@@ -260,6 +261,15 @@ class ArmMethods(ABC):
         """
 
     # Questions.
+
+    @property
+    @abstractmethod
+    def simulation(self) -> SimulatedWorld:
+        """The world around a simulated arm, which has bodies if it was made with a world.
+
+        Raises:
+            NotSupportedError: The arm is of this process, and has no world.
+        """
 
     @property
     @abstractmethod

@@ -310,11 +310,6 @@ class Robot(ArmMethods):
 
     @property
     def simulation(self) -> Simulation:
-        """The world around an arm that is simulated in this process.
-
-        Raises:
-            NotSupportedError: It has none.
-        """
         # Imported here: it knows the physics engine.
         from bioscara.robot.simulation import Simulation  # noqa: PLC0415
 

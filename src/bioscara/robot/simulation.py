@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from bioscara.errors import InvalidArgumentError, LifecycleError, NotSupportedError
 from bioscara.physics.bodies import BodyPose, BodyShape
-from bioscara.physics.camera import Camera, Image
-from bioscara.physics.stills import SIZE, image_of, still_of
+from bioscara.physics.camera import SIZE, Camera, Image
+from bioscara.physics.stills import image_of, still_of
 from bioscara.physics.world import PhysicsWorld, WorldSnapshot
 from bioscara.robot.arm import Arm
+from bioscara.robot.simulated_world import SimulatedWorld
 
 if TYPE_CHECKING:
     from bioscara.robot.robot import Robot
@@ -36,10 +37,8 @@ class SimulationSnapshot(NamedTuple):
         )
 
 
-class Simulation:
-    """The world around a simulated arm: its bodies, and disturbances of them.
-
-    Disturbances need no lease and do not wait for the arm: they are the world, not commands.
+class Simulation(SimulatedWorld):
+    """The world around an arm that is simulated in this process.
 
     Args:
         robot: The robot.
@@ -51,83 +50,39 @@ class Simulation:
 
     @property
     def held(self) -> str | None:
-        """Name of the body that both jaws press on; None if there is none. No real arm knows it."""
         return self._aside("simulation.held", lambda: self._world.held)
 
     @property
     def width(self) -> float:
-        """True width between the jaws [m]."""
         return self._aside("simulation.width", lambda: self._world.width)
 
     @property
     def bodies(self) -> tuple[BodyShape, ...]:
-        """The bodies of the world."""
         return self._world.shapes
 
     @property
     def poses(self) -> tuple[BodyPose, ...]:
-        """Where they are, in the base frame, in the same order."""
         return self._aside("simulation.poses", self._world.poses)
 
-    def pose(self, name: str) -> BodyPose:
-        """Return where a body is, in the base frame.
-
-        Raises:
-            InvalidArgumentError: There is no body of that name.
-        """
-        for pose in self.poses:
-            if pose.name == name:
-                return pose
-        names = ", ".join(shape.name for shape in self.bodies)
-        raise InvalidArgumentError(f"there is no body {name!r} in the world; there are {names}")
-
     def image(self, camera: str | Camera = "front", size: tuple[int, int] = SIZE) -> Image:
-        """Return an image of arm and bodies as they are now; the arm does not wait for it.
-
-        It is drawn in the thread of the caller, from a copy of their positions. The first one of a
-        thread takes about 0.2 s longer.
-
-        Args:
-            camera: Name of a camera, ``"front"``, ``"side"``, ``"top"`` or ``"wrist"``, or a
-                :class:`bioscara.physics.camera.Camera`.
-            size: Width and height, 16 to 2048 pixels each.
-
-        Returns:
-            Red, green and blue of each pixel, rows from the top, shape (height, width, 3), uint8.
-
-        Raises:
-            InvalidArgumentError: The size is outside its range, or the camera is unknown.
-            NotSupportedError: The extra ``physics-view`` is missing, or a library of the system
-                that draws without a screen.
-        """
         still = self._aside("simulation.image()", lambda: still_of(self._world))
         return image_of(still, camera, size)
 
     def push(self, name: str, force: Sequence[float], duration: float = 0.1) -> None:
-        """Push a body, or a link of the arm; arguments and errors as :meth:`PhysicsWorld.push`."""
         self._aside("simulation.push()", lambda: self._world.push(name, force, duration))
 
     def tilt(self, name: str, height: float, direction: float = 0.0) -> None:
-        """Tilt a nest; arguments and errors as :meth:`PhysicsWorld.tilt`."""
         self._aside("simulation.tilt()", lambda: self._world.tilt(name, height, direction))
 
     def add_obstacle(self, name: str, lower: Sequence[float], upper: Sequence[float]) -> None:
-        """Put a box into the world; arguments, errors as :meth:`PhysicsWorld.add_obstacle`."""
         self._aside(
             "simulation.add_obstacle()", lambda: self._world.add_obstacle(name, lower, upper)
         )
 
     def take_away(self, name: str) -> None:
-        """Take a body out of the world; arguments, errors as :meth:`PhysicsWorld.take_away`."""
         self._aside("simulation.take_away()", lambda: self._world.take_away(name))
 
     def save(self) -> SimulationSnapshot:
-        """Return the state of the joints, their firmware, the servo and the bodies.
-
-        Raises:
-            BusyError: The arm moves.
-            LifecycleError: A simulated fault lasts.
-        """
         self._require_rest("save()")
         enabled = self._disabled()
         world = self._aside("simulation.save()", self._world.save)
@@ -136,19 +91,6 @@ class Simulation:
         return SimulationSnapshot(world, enabled)
 
     def restore(self, snapshot: SimulationSnapshot) -> None:
-        """Return to a state of this robot; simulated time goes on.
-
-        The joints are enabled if they were then. The workspace stays as it is: declare the
-        load that the tool carries then.
-
-        Args:
-            snapshot: Of :meth:`save`.
-
-        Raises:
-            InvalidArgumentError: It is of another world, or bodies came or went since.
-            BusyError: The arm moves.
-            LifecycleError: A simulated fault lasts.
-        """
         if not isinstance(snapshot, SimulationSnapshot):
             raise InvalidArgumentError(f"{snapshot!r} is no snapshot; give one of save()")
         self._world.require_fits(snapshot.world)

@@ -18,12 +18,15 @@ from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from lifecycle_msgs.msg import State
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Header
+from std_msgs.msg import ColorRGBA, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from visualization_msgs.msg import Marker, MarkerArray
 
 from bioscara.api import messages as m
+from bioscara.api.values import body_frame, shown_boxes
 from bioscara.control.controllers.joint_trajectory import goal_messages
 from bioscara.hardware.link_frames import Transform
+from bioscara.physics.bodies import COLOURS
 from bioscara.planning import Sample, Trajectory
 from bioscara.ros.arm.description import RobotDescription
 
@@ -159,6 +162,25 @@ def transform(time: float, value: Transform) -> TransformStamped:
     message.transform.translation = Vector3(x=x, y=y, z=z)
     message.transform.rotation = Quaternion(x=a, y=b, z=c, w=d)
     return message
+
+
+def markers(time: float, bodies: m.BodyList | None) -> MarkerArray:
+    """Return the boxes of bodies in their frames, in place of those before; None for no bodies."""
+    found = [Marker(header=header(time), action=Marker.DELETEALL)]
+    for shape, number, box in shown_boxes(bodies.bodies if bodies else ()):
+        marker = Marker(
+            header=header(time, body_frame(shape.name)),
+            ns=shape.name,
+            id=number,
+            type=Marker.CUBE,
+            scale=Vector3(x=2.0 * box.half_x, y=2.0 * box.half_y, z=2.0 * box.half_z),
+            color=ColorRGBA(**dict(zip("rgba", COLOURS[shape.kind], strict=True))),
+            frame_locked=True,
+        )
+        place = marker.pose.position
+        place.x, place.y, place.z = box.x, box.y, box.z
+        found.append(marker)
+    return MarkerArray(markers=found)
 
 
 def point(sample: Sample, time: float = 0.0) -> JointTrajectoryPoint:

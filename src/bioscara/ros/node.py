@@ -21,6 +21,7 @@ from bioscara.errors import BioscaraError, ConfigurationError, HardwareError, Ow
 from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm.robot_frames import DESCRIPTION, LATCHED, RobotFrames
+from bioscara.ros.arm.world_frames import WorldFrames
 from bioscara.ros.arm_time import ArmTime
 from bioscara.ros.bridge import Bridge
 from bioscara.ros.controllers.loaded import LoadedControllers
@@ -86,6 +87,7 @@ class ControllerManagerNode:
         self._owner = OwnerConnection(arm, self._take, self._listed, self._changed)
         self._bridge: Bridge | None = None
         self._frames: RobotFrames | None = None
+        self._world = WorldFrames(self.node, self._time)
         self._loaded: LoadedControllers | None = None
         self._observation: Observation | None = None
         self._description: RobotDescription | None = None
@@ -264,6 +266,8 @@ class ControllerManagerNode:
         if self._bridge is not None and self._loaded is not None:
             self._bridge.goals.take(sample.ended)
             self._loaded.take(sample)
+        with suppress(OwnerLostError):
+            self._world.take(self._owner.robot.simulation)
 
     def _listed(self) -> None:
         """Follow a change of controllers or hardware."""
@@ -281,6 +285,7 @@ class ControllerManagerNode:
                 )
             return
         self._log.error(reason)
+        self._world.lose()
         if self._bridge is not None and self._loaded is not None and self._observation is not None:
             self._bridge.goals.lose(reason)
             self._loaded.close()

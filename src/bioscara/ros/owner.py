@@ -184,6 +184,7 @@ class OwnerConnection:
         try:
             robot.open()
             robot.controllers.subscribe(self._take)
+            robot.simulation.subscribe()
         except BioscaraError as error:
             self._reason = str(error)
             with suppress(BioscaraError):

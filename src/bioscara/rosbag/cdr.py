@@ -65,6 +65,12 @@ class CdrMessage:
         self.data += struct.pack(f"<{len(given)}d", *given)
         return offset
 
+    def floats(self, values: Iterable[float]) -> None:
+        """Add float32 fields, without a length."""
+        given = tuple(values)
+        self.align(4)
+        self.data += struct.pack(f"<{len(given)}f", *given)
+
     def double_sequence(self, values: Sequence[float]) -> int:
         """Add a sequence of float64; return the offset of the first."""
         self.uint32(len(values))

@@ -65,6 +65,25 @@ _DEFINITIONS = {
         "string function\nuint32 line\n",
     ),
     "std_msgs/msg/String": ("string data\n",),
+    "visualization_msgs/msg/MarkerArray": (
+        "visualization_msgs/Marker[] markers\n",
+        "MSG: visualization_msgs/Marker\nstd_msgs/Header header\nstring ns\nint32 id\n"
+        "int32 type\nint32 action\ngeometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\n"
+        "std_msgs/ColorRGBA color\nbuiltin_interfaces/Duration lifetime\nbool frame_locked\n"
+        "geometry_msgs/Point[] points\nstd_msgs/ColorRGBA[] colors\nstring texture_resource\n"
+        "sensor_msgs/CompressedImage texture\n"
+        "visualization_msgs/UVCoordinate[] uv_coordinates\nstring text\nstring mesh_resource\n"
+        "visualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials\n",
+        _HEADER,
+        "MSG: geometry_msgs/Pose\ngeometry_msgs/Point position\n"
+        "geometry_msgs/Quaternion orientation\n",
+        _POINT_AND_QUATERNION.format("Point"),
+        "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n",
+        "MSG: std_msgs/ColorRGBA\nfloat32 r\nfloat32 g\nfloat32 b\nfloat32 a\n",
+        "MSG: sensor_msgs/CompressedImage\nstd_msgs/Header header\nstring format\nuint8[] data\n",
+        "MSG: visualization_msgs/UVCoordinate\nfloat32 u\nfloat32 v\n",
+        "MSG: visualization_msgs/MeshFile\nstring filename\nuint8[] data\n",
+    ),
 }
 
 
@@ -93,6 +112,9 @@ class Topic(StrEnum):
     STATISTICS = ("/statistics", "std_msgs/msg/String", False)
     TRAJECTORIES = ("/planned_trajectory", "trajectory_msgs/msg/JointTrajectory", False)
     WORKSPACE = ("/workspace", "std_msgs/msg/String", True)
+    BODY_LIST = ("/body_list", "std_msgs/msg/String", True)
+    BODIES = ("/bodies", "visualization_msgs/msg/MarkerArray", True)
+    WORLD = ("/world", "std_msgs/msg/String", False)
     PARAMETERS = ("/parameters", "std_msgs/msg/String", True)
     ROBOT_DESCRIPTION = ("/robot_description", "std_msgs/msg/String", True)
 

@@ -60,6 +60,7 @@ from bioscara.server.state.sampling import Sampler
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.owner_tasks import OwnerTasks
+from bioscara.server.world import ServedWorld
 from bioscara.version import __version__
 
 _log = logging.getLogger(__name__)
@@ -103,6 +104,7 @@ class Owner:
         sample: The state at the end of the last cycle.
         controllers_sample: The controllers at the end of the last cycle, if that was wanted.
         controllers_wanted: Whether a client has subscribed to that.
+        world: The bodies around the arm.
         changed: Called with True when there is a new sample, with False when there is a new event.
 
     Raises:
@@ -161,6 +163,7 @@ class Owner:
         self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
         self.controllers_sample: m.ControllersSample | None = None
         self.controllers_wanted = False
+        self.world = ServedWorld(self._runner, self.announce)
         self._faults: tuple[ArmFault, ...] = ()
         self._warnings: tuple[ArmWarning, ...] = ()
         self._activity = self._arm.stack.manager.activity
@@ -202,6 +205,7 @@ class Owner:
             m.ListControllers: lambda *_: controller_list(self._arm),
             m.GetLog: lambda _, command, __: log.kept.lines(command.after),
             **self._controllers.handlers,
+            **self.world.handlers,
         }
         stack = self._arm.stack
         stack.loop.restart()
@@ -263,6 +267,7 @@ class Owner:
                 if self.controllers_wanted
                 else None
             )
+            self.world.observe(self.sample.cycle, cycle.time)
         except Exception as error:  # noqa: BLE001  the loop must go on, and the error is shown
             self._post(partial(self._warn, f"the state cannot be sampled: {error!r}"))
             return

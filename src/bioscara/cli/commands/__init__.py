@@ -99,6 +99,11 @@ COMMANDS = {
         "owners.simulate_fault",
         "Let a served, simulated arm fail, also while a program moves it, or end that.",
     ),
+    "disturb": (
+        "owners.disturb",
+        "Push, tilt, add or remove bodies of the world around a served, simulated arm, or list "
+        "them.",
+    ),
     "web": (
         "serving.web",
         "Let browsers and programs reach an arm that an owner serves, until Ctrl-C.",

@@ -2,15 +2,15 @@
 
 export type FromClient = ClientHello | ClientRequest | Received | Leave;
 
-export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | PushBody | TiltBody | AddObstacle | TakeAway | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetBodies | GetWorld | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
 export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | EnableGripper | DisableGripper | Enable | Disable | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Follow | Execute | Jog | SetScene | SetTable;
 
 export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold;
 
-export type FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | Event | GoalCycle;
+export type FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | WorldSample | Event | GoalCycle;
 
-export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | BodyList | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample | WorldSample;
 
 export interface Accepted {
   kind: "accepted";
@@ -31,6 +31,13 @@ export interface AddGoalPoints {
   kind: "add_goal_points";
   points: Point[];
   upload?: number;
+}
+
+export interface AddObstacle {
+  kind: "add_obstacle";
+  name: string;
+  lower: [number, number, number];
+  upper: [number, number, number];
 }
 
 export interface AddPoints {
@@ -54,6 +61,19 @@ export interface Attach {
 }
 
 export type Body = [string, number, Prism[], string[]];
+
+export type BodyBox = [number, number, number, number, number, number];
+
+export interface BodyList {
+  kind: "body_list";
+  version: number;
+  bodies: BodyShape[];
+  poses: BodyPose[];
+}
+
+export type BodyPose = [string, number, number, number, number, number, number, number];
+
+export type BodyShape = [string, string, boolean, BodyBox[]];
 
 export interface Box {
   name: string;
@@ -95,7 +115,7 @@ export interface ClientHello {
 export interface ClientRequest {
   kind: "request";
   id: number;
-  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | PushBody | TiltBody | AddObstacle | TakeAway | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetBodies | GetWorld | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
   epoch?: number | null;
 }
 
@@ -341,6 +361,10 @@ export interface GeometryParameters {
   tool_mass: number;
 }
 
+export interface GetBodies {
+  kind: "get_bodies";
+}
+
 export interface GetDescription {
   kind: "get_description";
 }
@@ -408,6 +432,10 @@ export interface GetTrajectories {
 
 export interface GetWorkspace {
   kind: "get_workspace";
+}
+
+export interface GetWorld {
+  kind: "get_world";
 }
 
 export interface Goal {
@@ -827,6 +855,13 @@ export interface Prism {
   yaw?: number;
 }
 
+export interface PushBody {
+  kind: "push_body";
+  name: string;
+  force: [number, number, number];
+  duration?: number;
+}
+
 export interface PwmOutput {
   device: string;
   channel: number;
@@ -879,7 +914,7 @@ export interface RequestFailed {
 export interface Response {
   kind: "response";
   id: number;
-  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample;
+  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | BodyList | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample | WorldSample;
 }
 
 export interface Resume {
@@ -1064,6 +1099,8 @@ export interface Subscribe {
   events_after?: number | null;
   controllers?: boolean;
   controllers_period?: number;
+  world?: boolean;
+  world_period?: number;
 }
 
 export interface SwitchControllers {
@@ -1078,11 +1115,23 @@ export interface Switched {
   text: string;
 }
 
+export interface TakeAway {
+  kind: "take_away";
+  name: string;
+}
+
 export interface TeachTable {
   fingers: Tool;
   tools?: Tool[];
   poses?: NamedPose[];
   frames?: Frame[];
+}
+
+export interface TiltBody {
+  kind: "tilt_body";
+  name: string;
+  height: number;
+  direction?: number;
 }
 
 export type Tolerance = [string, number, number, number];
@@ -1185,4 +1234,14 @@ export interface WorkspaceState {
   load: Load | null;
   widths: [number, number];
   unconfirmed: string[];
+}
+
+export interface WorldSample {
+  kind: "world";
+  cycle: number;
+  time: number;
+  version: number;
+  held: string | null;
+  width: number;
+  poses: BodyPose[];
 }

@@ -13,19 +13,22 @@ from typing import Any, NamedTuple, Protocol, TextIO
 import msgspec
 import numpy as np
 
+from bioscara.api.messages import WorldSample
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.extras import install
 from bioscara.files.whole_files import replacing
 from bioscara.planning.arrays import Array
 from bioscara.recording.reading.flight_records import flight_records, unpack
+from bioscara.recording.reading.json_messages import message_of
 from bioscara.recording.reading.sample_table import TIME, sample_tables
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.cdr import CdrReader
 from bioscara.rosbag.topics import Topic
 
-SAMPLES, EVENTS, TRAJECTORIES = "samples", "events", "trajectories"
+SAMPLES, EVENTS, TRAJECTORIES, BODIES = "samples", "events", "trajectories", "bodies"
 """Names of the tables."""
 _EVENT_COLUMNS = ("number", "wall", "time", "what", "text", "client", "goal", "status")
+_BODY_COLUMNS = (TIME, "body", "x", "y", "z", "qw", "qx", "qy", "qz", "held")
 _POINT_COLUMNS = (TIME, "part", "from_start")
 _KINDS = ("position", "velocity", "acceleration")
 _WHOLE = ("_quality", "_flags", "_cycle", "_enabled", "_paused", "_stale")
@@ -45,7 +48,7 @@ class _TableWriter(Protocol):
 
 
 def export_csv(path: Path, out: Path) -> list[Path]:
-    """Write samples, events and trajectories as CSV files, and the attached flight records.
+    """Write samples, events, trajectories and bodies as CSV files, and attached flight records.
 
     Args:
         path: The recording.
@@ -83,6 +86,7 @@ def _export(path: Path, out: Path, kind: str) -> list[Path]:
         SAMPLES: sample_tables(path, FileScan()),
         EVENTS: list(_events(path, scan)),
         TRAJECTORIES: list(_trajectories(path)),
+        BODIES: list(_bodies(path)),
     }
     files = []
     try:
@@ -181,6 +185,16 @@ def _events(path: Path, scan: FileScan) -> Iterator[dict[str, Sequence[object]]]
         rows.append([values.get(name) for name in _EVENT_COLUMNS])
     if rows:
         yield dict(zip(_EVENT_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
+
+
+def _bodies(path: Path) -> Iterator[dict[str, Sequence[object]]]:
+    """Yield where the bodies around a simulated arm are, a row for each that has moved."""
+    rows: list[tuple[object, ...]] = []
+    for message in messages(path, FileScan(), {Topic.WORLD}):
+        sample = message_of(message.data, WorldSample)
+        rows += [(message.log_time * 1e-9, *pose, sample.held or "") for pose in sample.poses]
+    if rows:
+        yield dict(zip(_BODY_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
 
 
 def _decoded(text: str) -> dict[str, Any]:

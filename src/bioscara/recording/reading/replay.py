@@ -45,12 +45,15 @@ _JSON: dict[str, type[Any]] = {
     Topic.WORKSPACE: m.WorkspaceState,
     Topic.STATISTICS: m.Statistics,
     Topic.PARAMETERS: m.Description,
+    Topic.BODY_LIST: m.BodyList,
+    Topic.WORLD: m.WorldSample,
 }
 _ANSWERS: dict[type[m.Command], type[m.Result]] = {
     m.GetDescription: m.Description,
     m.GetFaults: m.FaultList,
     m.GetWorkspace: m.WorkspaceState,
     m.GetStatistics: m.Statistics,
+    m.GetBodies: m.BodyList,
 }
 """Questions that the newest message of a kind answers."""
 _NOTHING: dict[type[m.Command], m.AnyResult] = {
@@ -106,7 +109,7 @@ class ReplayedArm:
         events: Its events so far.
         sample: The newest sample.
         controllers_sample: None: a recording has no controllers of clients.
-        controllers_wanted: Without effect.
+        world_sample: The newest sample of the bodies around it; None before the first.
         changed: Called when there is a new sample, or a new event: then with True.
         ended: Whether the last sample is reached.
 
@@ -141,7 +144,7 @@ class ReplayedArm:
         self._begun: float | None = None
         self.sample: m.StateSample
         self.controllers_sample: m.ControllersSample | None = None
-        self.controllers_wanted = False
+        self.world_sample: m.WorldSample | None = None
         rates = [message.rate for _, message in self._said if isinstance(message, m.Description)]
         self._history = StateHistory(
             _sample(self._row, None).names, rates[0] if rates else _USUAL_RATE
@@ -168,6 +171,8 @@ class ReplayedArm:
             return self.sample
         if isinstance(command, m.GetHistory):
             return self._history.between(command.begin, command.end, command.points)
+        if isinstance(command, m.GetWorld) and self.world_sample is not None:
+            return self.world_sample
         if (nothing := _NOTHING.get(type(command))) is not None:
             return nothing
         answer: m.AnyResult | None = self._latest.get(_ANSWERS.get(type(command), m.Done))
@@ -184,6 +189,9 @@ class ReplayedArm:
         del what, text, client
         if self._begun is None:
             self._begun = time.monotonic()
+
+    def want(self, *, controllers: bool, world: bool) -> None:
+        """Do nothing: all that was recorded is sent."""
 
     def state_of(self, session: str, *, connected: bool, gone: bool, forgotten: bool) -> None:
         """Do nothing: a recording has no lease and no goals."""
@@ -214,9 +222,18 @@ class ReplayedArm:
             self._latest[type(message)] = message
             if isinstance(message, m.Event):
                 self.events.add(message)
+            elif isinstance(message, m.WorldSample):
+                self._take_world(message)
         if row is not None:
             self.sample = _sample(row, self._latest.get(ArmStatus))
         return row is not None
+
+    def _take_world(self, changed: m.WorldSample) -> None:
+        """Add what has changed since the sample before, of the same list of bodies."""
+        last = self.world_sample
+        known = last.poses if last is not None and last.version == changed.version else ()
+        poses = {pose.name: pose for pose in (*known, *changed.poses)}
+        self.world_sample = msgspec.structs.replace(changed, poses=tuple(poses.values()))
 
 
 async def serve_recording(

@@ -32,6 +32,8 @@ _QUESTIONS: dict[str, m.AnyCommand] = {
 
 FeedItem = (
     m.StateSample
+    | m.WorldSample
+    | m.BodyList
     | m.Event
     | m.Statistics
     | m.FaultList
@@ -64,6 +66,7 @@ class ArmFeed:
         self._items: deque[FeedItem] = deque()
         self._questions: queue.SimpleQueue[m.AnyCommand | None] = queue.SimpleQueue()
         self._last_event = 0
+        self._bodies = 0
         self.lost = ""
         # All events that the owner keeps: also those since an earlier recorder was killed.
         self._link = OwnerLink(arm, self._receive, self._owner_lost, events_after=0)
@@ -78,6 +81,7 @@ class ArmFeed:
                 self._answer(m.GetFaults(), m.FaultList),
             )
             self._link.subscribe(states=True)
+            self._link.subscribe_to_world()
         except BaseException:
             self._link.close()
             raise
@@ -112,6 +116,11 @@ class ArmFeed:
 
     def _receive(self, message: m.FromOwner) -> None:
         if isinstance(message, m.StateSample):
+            self._items.append(message)
+        elif isinstance(message, m.WorldSample):
+            if message.version != self._bodies:
+                self._bodies = message.version
+                self._questions.put(m.GetBodies())
             self._items.append(message)
         elif isinstance(message, m.Event) and message.number > self._last_event:
             # A repeated subscription repeats the events that were being sent.

@@ -23,6 +23,7 @@ from bioscara.recording.writing.rare_messages import (
 )
 from bioscara.recording.writing.sample_messages import SampleMessages
 from bioscara.recording.writing.wall_clock import WallClock
+from bioscara.recording.writing.world_messages import WorldMessages
 from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
@@ -85,6 +86,7 @@ class OwnerRecorder:
         self._evidence: set[str] = set()
         self._attachments: dict[str, tuple[str, str]] = {}
         self._messages = SampleMessages(first.names, self._describe())
+        self._world = WorldMessages()
         self._flushed = self._synced = time.monotonic()
         # No file yet: these values are kept for the begin of each file.
         for item in (first, *feed.standing):
@@ -166,6 +168,12 @@ class OwnerRecorder:
         match item:
             case m.StateSample():
                 self._write_sample(item)
+            case m.WorldSample():
+                stamp = self._time.stamp(item.time)
+                self._add_all(self._world.encode(item, stamp), stamp)
+                self._messages.jaws = self._world.width
+            case m.BodyList():
+                self._add_all(self._world.begin(item, self._stamp), self._stamp)
             case m.Event():
                 self._write_event(item)
             case m.GoalTrajectories():
@@ -191,6 +199,10 @@ class OwnerRecorder:
                 self._evidence.add(fault.evidence)
                 self._feed.ask(m.GetFlightRecord(fault.evidence))
 
+    def _add_all(self, messages: Iterable[tuple[Topic, bytes]], stamp: int) -> None:
+        for topic, data in messages:
+            self._add(topic, data, stamp)
+
     def _add(self, topic: Topic, data: bytes, stamp: int, published: int | None = None) -> None:
         if topic.latched:
             self._latched[topic] = data
@@ -215,8 +227,7 @@ class OwnerRecorder:
                 self._feed.ask(m.GetFaults())
             self._status = status
             self._add(Topic.STATUS, text_message(_encode(status).decode()), stamp)
-        for topic, data in self._messages.encode(sample, stamp):
-            self._add(topic, data, stamp)
+        self._add_all(self._messages.encode(sample, stamp), stamp)
 
     def _write_event(self, event: m.Event) -> None:
         stamp = self._time.stamp(event.time)
@@ -259,6 +270,7 @@ class OwnerRecorder:
                 file.attach(name, media_type, text.encode(), self._begin)
         for topic, data in self._latched.items():
             file.add(topic, data, self._begin)
+        self._add_all(self._world.standing(self._begin), self._begin)
         file.flush()
         file.sync()
         folder.sync()

@@ -48,10 +48,14 @@ class SampleMessages:
     Args:
         names: Names of its joints.
         frames: Links of its description; None for no transforms.
+
+    Attributes:
+        jaws: True width between the jaws for the transforms [m]; None for the commanded one.
     """
 
     def __init__(self, names: Sequence[str], frames: LinkFrames | None) -> None:
         self._names, self._frames, self._due = names, frames, 0
+        self.jaws: float | None = None
         self._no_loads = (math.nan,) * len(names)
         self._states = joint_states(names, velocities=True)
         self._commands = joint_states((*names, GRIPPER), velocities=False)
@@ -108,8 +112,9 @@ class SampleMessages:
             messages.append((Topic.TOOL_POSE, self._pose.filled(stamp, (rounded(place),))))
             if self._frames is not None and sample.cycle >= self._due:
                 self._due = sample.cycle + TF_CYCLES
-                known = {**dict(zip(self._names, positions, strict=True)), GRIPPER: width}
-                template = self._arm_transforms if math.isnan(width) else self._all_transforms
+                jaws = width if self.jaws is None else self.jaws
+                known = {**dict(zip(self._names, positions, strict=True)), GRIPPER: jaws}
+                template = self._arm_transforms if math.isnan(jaws) else self._all_transforms
                 rows = [
                     rounded((*each.translation, *each.rotation)) for each in self._frames.at(known)
                 ]

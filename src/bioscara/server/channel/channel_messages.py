@@ -71,9 +71,11 @@ class Wanted(ChannelMessage, frozen=True, tag="wanted"):
 
     Attributes:
         controllers: Whether samples of controllers are wanted.
+        world: Whether samples of the world are.
     """
 
     controllers: bool
+    world: bool
 
 
 class AddEvent(ChannelMessage, frozen=True, tag="add_event"):
@@ -185,10 +187,17 @@ class EventAdded(ChannelMessage, frozen=True, tag="event_added"):
 
 
 class NewSample(ChannelMessage, frozen=True, tag="sample"):
-    """The state at the end of a cycle, and that of the controllers if it is wanted."""
+    """The state at the end of a cycle, and what else is wanted.
+
+    Attributes:
+        state: The state.
+        controllers: That of the controllers; None while it is not wanted.
+        world: The bodies, where there is a new sample of these.
+    """
 
     state: m.StateSample
     controllers: m.ControllersSample | None
+    world: m.WorldSample | None
 
 
 class End(ChannelMessage, frozen=True, tag="end"):

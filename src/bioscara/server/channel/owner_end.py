@@ -222,6 +222,7 @@ class _Channel(asyncio.Protocol):
         self._finishing: set[asyncio.Task[None]] = set()
         self._cursor, self._pumping = 0, False
         self._workspace: tuple[Workspace | None, bytes] = None, b""
+        self._world: m.WorldSample | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin."""
@@ -256,6 +257,7 @@ class _Channel(asyncio.Protocol):
                 self._set_state(message)
             case c.Wanted():
                 self._owner.controllers_wanted = message.controllers
+                self._owner.world.wanted = message.world
             case c.AddEvent():
                 self._owner.announce(message.what, message.text, message.client)
             case c.LogLine():
@@ -336,7 +338,12 @@ class _Channel(asyncio.Protocol):
         """Send the newest sample, unless the other process does not read."""
         if self._waiting < _SAMPLES:
             owner = self._owner
-            self.send(c.NewSample(owner.sample, owner.controllers_sample))
+            world = owner.world.sample
+            if world is self._world:
+                world = None
+            else:
+                self._world = world
+            self.send(c.NewSample(owner.sample, owner.controllers_sample, world))
 
     def send_record(self, session: str, cycle: m.GoalCycle) -> None:
         """Send a record of a cycle, unless too much waits."""

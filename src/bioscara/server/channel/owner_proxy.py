@@ -58,6 +58,7 @@ class OwnerProxy(asyncio.Protocol):
         events: Its latest events.
         sample: The newest state.
         controllers_sample: The newest sample of the controllers, if that is wanted.
+        world_sample: The newest sample of the world, once one was wanted.
         changed: Called with True when there is a new sample, with False when there is a new event.
         on_record: Called with a session and the record of a cycle for it.
         begun: Done once the first message has come.
@@ -70,6 +71,7 @@ class OwnerProxy(asyncio.Protocol):
         self.group: int | None = None
         self.sample: m.StateSample
         self.controllers_sample: m.ControllersSample | None = None
+        self.world_sample: m.WorldSample | None = None
         self.changed: Callable[[bool], object] = lambda _: None
         self.on_record: Callable[[str, m.GoalCycle], object] = lambda *_: None
         self.begun: asyncio.Future[None] = loop.create_future()
@@ -93,7 +95,7 @@ class OwnerProxy(asyncio.Protocol):
         self._evidence = ""
         self._history: StateHistory
         self._memory: tuple[int, int, tuple[str, ...], int]
-        self._wanted = False
+        self._wanted = c.Wanted(controllers=False, world=False)
         self._answers: dict[type[m.Command], Callable[..., Awaitable[m.AnyResult | Encoded]]] = {
             m.StopAll: self._stop,
             m.MakePlan: self._plan,
@@ -136,6 +138,7 @@ class OwnerProxy(asyncio.Protocol):
         match message:
             case c.NewSample():
                 self.sample, self.controllers_sample = message.state, message.controllers
+                self.world_sample = message.world or self.world_sample
                 self._history.add(message.state)
                 self.changed(True)
             case c.Answered():
@@ -198,16 +201,12 @@ class OwnerProxy(asyncio.Protocol):
 
     # The interface of an arm for the socket of the clients.
 
-    @property
-    def controllers_wanted(self) -> bool:
-        """Whether a client has subscribed to samples of controllers."""
-        return self._wanted
-
-    @controllers_wanted.setter
-    def controllers_wanted(self, wanted: bool) -> None:
+    def want(self, *, controllers: bool, world: bool) -> None:
+        """Let the owner make the samples to which a client has subscribed."""
+        wanted = c.Wanted(controllers, world)
         if wanted != self._wanted:
             self._wanted = wanted
-            self.send(c.Wanted(wanted))
+            self.send(wanted)
 
     def announce(self, what: m.EventKind, text: str, client: str) -> None:
         """Let the owner add an event."""

@@ -109,13 +109,17 @@ class ApiServer:
         samples: list[tuple[type[AnySample], AnySample | None]] = [
             (m.StateSample, owner.sample),
             (m.ControllersSample, owner.controllers_sample),
+            (m.WorldSample, owner.world_sample),
         ]
         for kind, sample in samples:
             framed = framing.Framed(sample)
             for connection in connections:
                 if sample is not None and connection.wants(kind):
                     connection.offer(kind, framed, sample.time, sample.cycle)
-        owner.controllers_wanted = any(each.wants(m.ControllersSample) for each in connections)
+        owner.want(
+            controllers=any(each.wants(m.ControllersSample) for each in connections),
+            world=any(each.wants(m.WorldSample) for each in connections),
+        )
 
 
 class _Admission(asyncio.Protocol):

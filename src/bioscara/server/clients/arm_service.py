@@ -29,11 +29,9 @@ class ArmService(Protocol):
 
     Attributes:
         changed: Called with True when there is a new sample, with False when there is a new event.
-        controllers_wanted: Whether a client has subscribed to samples of controllers; set here.
     """
 
     changed: Callable[[bool], object]
-    controllers_wanted: bool
 
     @property
     def name(self) -> str:
@@ -54,6 +52,18 @@ class ArmService(Protocol):
     @property
     def controllers_sample(self) -> m.ControllersSample | None:
         """The newest sample of its controllers; None if there is none."""
+
+    @property
+    def world_sample(self) -> m.WorldSample | None:
+        """The newest sample of the bodies around it; None if there is none."""
+
+    def want(self, *, controllers: bool, world: bool) -> None:
+        """Make samples of the controllers, and of the world, from now on or not any more.
+
+        Args:
+            controllers: Whether a client has subscribed to those of the controllers.
+            world: Whether one has to those of the world.
+        """
 
     def handle(
         self, client: ConnectedClient, command: m.AnyCommand, epoch: int | None, clients: int

@@ -45,7 +45,7 @@ SESSIONS = 256
 _EVENTS = 50
 """Events that are sent in a row, before other clients have a turn."""
 
-AnySample = m.StateSample | m.ControllersSample
+AnySample = m.StateSample | m.ControllersSample | m.WorldSample
 """The kinds of subscription."""
 
 Answer = m.Response | m.RequestFailed
@@ -335,6 +335,7 @@ class Connection(asyncio.Protocol):
         newest = {
             m.StateSample: self._owner.sample,
             m.ControllersSample: self._owner.controllers_sample,
+            m.WorldSample: self._owner.world_sample,
         }
         for kind, subscription in self._subscriptions.items():
             if not subscription.behind or subscription.full:
@@ -346,10 +347,10 @@ class Connection(asyncio.Protocol):
                     self._send(sample)
 
     def _confirm(self, cycle: int) -> None:
-        if (subscription := self._subscriptions.get(m.StateSample)) is not None:
+        for subscription in self._subscriptions.values():
             subscription.confirm(cycle)
-            if not self._full:
-                self._catch_up()
+        if not self._full:
+            self._catch_up()
 
     def _receive(self, payload: bytes) -> None:
         if self._session is None and payload[:1] == b"{":
@@ -523,7 +524,7 @@ class Connection(asyncio.Protocol):
             self._transport.abort()
 
     def _subscribe(self, number: int, command: m.Subscribe) -> None:
-        for period in (command.period, command.controllers_period):
+        for period in (command.period, command.controllers_period, command.world_period):
             if not period >= 0.0:
                 error = InvalidArgumentError(f"period {period:g} s must not be below zero")
                 self._send(m.RequestFailed(number, failure_of(error)))
@@ -542,6 +543,10 @@ class Connection(asyncio.Protocol):
             )
         if command.controllers:
             self._subscriptions[m.ControllersSample] = _Subscription(command.controllers_period)
+        if command.world:
+            self._subscriptions[m.WorldSample] = _Subscription(
+                command.world_period, ahead=command.unconfirmed
+            )
         self._cursor = command.events_after
         asyncio.get_running_loop().call_soon(self._pump)
 

@@ -22,6 +22,7 @@ _NEEDED = (
     "std_srvs",
     "tf2_msgs",
     "trajectory_msgs",
+    "visualization_msgs",
 )
 
 

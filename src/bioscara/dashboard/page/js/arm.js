@@ -1,7 +1,8 @@
 // The arm as this page knows it: the newest sample with its age, lease, faults, workspace, goals, events.
 
 /** @import { Connection } from "./connection.js" */
-/** @import { Description, Event, FaultList, GoalValue, LeaseValue, StateSample, WorkspaceState } from "../messages.d.ts" */
+/** @import { BodyList, BodyPose, Description, Event, FaultList, GoalValue, LeaseValue, StateSample, WorkspaceState,
+ *    WorldSample } from "../messages.d.ts" */
 
 import { text } from "./texts.js";
 
@@ -27,12 +28,13 @@ const FAULTY = new Set(["stopping", "latched", "acknowledged"]);
 /** The page has another version than its gateway, and may only look and stop. */
 export class MismatchError extends Error {}
 
-/** @typedef {"sample" | "link" | "lease" | "faults" | "workspace" | "description" | "goals" | "event" | "reset"} Topic */
+/** @typedef {"sample" | "link" | "lease" | "faults" | "workspace" | "description" | "goals" | "event" | "reset" | "world" | "bodies"} Topic */
 
 /**
  * The arm as this page knows it. `on` calls a function after each change of a topic:
  *
  * - `sample`: at most once for each frame of the screen;
+ * - `world`: the same of the bodies around a simulated arm; `bodies`: there are others;
  * - `link`: the connection, or the age of the sample, has another state;
  * - `reset`: another run of the owner; values of the former one are void.
  */
@@ -52,6 +54,12 @@ export class Arm {
     this.workspace = null;
     /** @type {FaultList | null} */
     this.faultList = null;
+    /** The bodies around a simulated arm; null without a world. @type {BodyList | null} */
+    this.bodies = null;
+    /** Where they are; null before the first sample. @type {WorldSample | null} */
+    this.world = null;
+    /** Version of the bodies that were asked for. */
+    this.askedBodies = NaN;
     /** @type {LeaseValue | null} */
     this.lease = null;
     /** Epoch of the lease of this page; null without one. @type {number | null} */
@@ -79,6 +87,7 @@ export class Arm {
     connection.on("welcome", (welcome) => this.#greet(welcome));
     connection.on("closed", (closed) => this.#lose(closed));
     connection.on("state", (sample) => this.#take(sample));
+    connection.on("world", (sample) => this.#takeWorld(sample));
     connection.on("event", (event) => this.#hear(event));
     setInterval(() => this.#watch(), 100);
     document.addEventListener("visibilitychange", () => this.#visible());
@@ -166,6 +175,10 @@ export class Arm {
       this.lastEvent = Math.max(welcome.last_event - KEPT, 0);
       this.events = [];
       this.goals.clear();
+      this.bodies = null;
+      this.world = null;
+      this.askedBodies = NaN;
+      this.#tell("bodies");
       this.#part("broken");
       this.#tell("reset");
     } else if (!welcome.resumed) {
@@ -190,7 +203,7 @@ export class Arm {
     const { lastEvent } = this;
     const period = document.hidden ? HIDDEN_PERIOD : PERIOD;
     this.connection
-      .request({ kind: "subscribe", states: true, period, unconfirmed: AHEAD, events_after: lastEvent })
+      .request({ kind: "subscribe", states: true, period, world: true, world_period: period, unconfirmed: AHEAD, events_after: lastEvent })
       .catch(() => {});
   }
 
@@ -302,6 +315,26 @@ export class Arm {
       this.drawing = false;
       this.#tell("sample");
     });
+  }
+
+  /** @param {WorldSample} sample */
+  #takeWorld(sample) {
+    this.world = sample;
+    if (sample.version === this.bodies?.version) {
+      this.#tell("world");
+    } else if (sample.version !== this.askedBodies) {
+      this.askedBodies = sample.version;
+      this.#ask("get_bodies", (result) => {
+        this.bodies = result;
+      }, "bodies");
+    }
+  }
+
+  /** Where all bodies are; those that the newest sample does not name are where their list says. @returns {BodyPose[]} */
+  get bodyPoses() {
+    const { bodies, world } = this;
+    if (!bodies) return [];
+    return world?.version === bodies.version ? [...bodies.poses, ...world.poses] : bodies.poses;
   }
 
   /** @param {Event} event */

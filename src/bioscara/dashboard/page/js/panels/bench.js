@@ -6,6 +6,7 @@
 
 import { ExperimentCard } from "../bench/card.js";
 import { EXPERIMENTS } from "../bench/experiments.js";
+import { WorldCards } from "../bench/world_cards.js";
 import { RequestError } from "../connection.js";
 import { button, h, setText, setValues } from "../dom.js";
 import { DEGREE, MM } from "../format.js";
@@ -40,12 +41,13 @@ class Bench {
     /** @type {ExperimentCard[]} */
     this.cards = [];
     this.grid = h("div", { class: "bench-grid" });
+    this.world = new WorldCards(app);
     this.why = h("p", { class: "dim", role: "status" });
     this.on = h("p", { role: "status" });
     host.append(
       h("div", { class: "column" },
         h("p", { class: "notice warn" }, h("strong", { text: text("bench.banner_title") }), ` ${text("bench.banner")}`), this.why,
-        this.#controls(), this.on, this.grid),
+        this.#controls(), this.on, this.world.element, this.grid),
     );
     for (const topic of /** @type {const} */ (["lease", "link"])) app.arm.on(topic, () => this.#permit());
     app.arm.on("description", () => this.#build());
@@ -107,6 +109,7 @@ class Bench {
     const commands = this.app.arm.commands;
     setText(this.why, why || (commands ? "" : text("bench.take_control")));
     for (const card of this.cards) card.permit(why === "");
+    this.world.permit(why === "");
     if (this.allOff) setValues(this.allOff, { disabled: why !== "" });
     for (const each of [this.motion, this.speed]) if (each) setValues(each, { disabled: why !== "" || !commands });
   }

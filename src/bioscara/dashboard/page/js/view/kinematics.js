@@ -11,6 +11,7 @@
  * @property {string} tool Link whose frame is the pose of the gripper's tool.
  * @property {{name: string, visuals: {mesh: string, color: [number, number, number], origin: Place}[]}[]} links
  * @property {ModelJoint[]} joints Parents before children.
+ * @property {Record<string, number[]>} body_colors Red, green and blue, 0 to 1, of the kinds of bodies around it.
  *
  * @typedef {[number, number, number, number, number, number]} Place x, y, z [m], roll, pitch, yaw [rad].
  *

@@ -1,6 +1,6 @@
 // The content of the view, as values: drawn in 3D, or flat where there is no WebGL.
 
-/** @import { Pose, WorkspaceState } from "../../messages.d.ts" */
+/** @import { BodyPose, BodyShape, Pose, WorkspaceState } from "../../messages.d.ts" */
 /** @import { App, Preview } from "../app.js" */
 /** @import { Clearance } from "./clearance.js" */
 /** @import { Kinematics } from "./kinematics.js" */
@@ -12,11 +12,13 @@ import { TrajectoryCurve } from "./trajectory_curve.js";
 /** Difference from which a joint counts as moved [rad or m], above the noise of its encoder; and as elsewhere than commanded. */
 const MOVED = 3e-5;
 const ELSEWHERE = { rad: 0.01, m: 1e-3 };
+/** The bodies of an arm without a world. @type {BodyShape[]} */
+const NOTHING = [];
 
 /**
  * Layers that can be shown or hidden.
  *
- * @typedef {"frames" | "zones" | "margins" | "trace" | "labels"} Layer
+ * @typedef {"frames" | "zones" | "margins" | "bodies" | "trace" | "labels"} Layer
  */
 
 /** The values of the drawing. */
@@ -51,7 +53,7 @@ export class Picture {
     /** Names of the bodies that a refused plan would touch. @type {string[]} */
     this.collision = [];
     /** @type {Set<Layer>} */
-    this.layers = new Set(["frames", "zones", "trace", "labels"]);
+    this.layers = new Set(["frames", "zones", "bodies", "trace", "labels"]);
     /** @type {Record<string, number | null>} */
     this.positions = {};
     /** @type {Record<string, number | null>} */
@@ -61,6 +63,16 @@ export class Picture {
   /** @returns {WorkspaceState | null} */
   get workspace() {
     return this.app.arm.workspace;
+  }
+
+  /** The bodies around a simulated arm. @returns {BodyShape[]} */
+  get bodies() {
+    return this.app.arm.bodies?.bodies ?? NOTHING;
+  }
+
+  /** @returns {BodyPose[]} */
+  get bodyPoses() {
+    return this.app.arm.bodyPoses;
   }
 
   /** Pose of the tool in the flange. @returns {Pose} */
@@ -74,7 +86,7 @@ export class Picture {
    * @returns {boolean} Whether the drawing has changed.
    */
   take() {
-    const { sample, fresh } = this.app.arm;
+    const { sample, fresh, world } = this.app.arm;
     if (!sample) return false;
     const known = fresh && sample.pose !== null;
     let changed = known !== this.fresh;
@@ -84,7 +96,8 @@ export class Picture {
       changed = keep(this.positions, name, sample.positions[joint]) || changed;
       changed = keep(this.commands, name, sample.commands[joint]) || changed;
     });
-    changed = keep(this.positions, GRIPPER, sample.width) || changed;
+    // A simulated world knows where the jaws are, and not only where they are commanded to be.
+    changed = keep(this.positions, GRIPPER, world?.width ?? sample.width) || changed;
     this.commands[GRIPPER] = this.positions[GRIPPER] ?? null;
     if (known && sample.pose) changed = this.trace.add(sample.time, sample.pose) || changed;
     return changed;

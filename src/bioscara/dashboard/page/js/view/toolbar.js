@@ -13,7 +13,7 @@ const STEPS = /** @type {const} */ ({
   size: { in: "+", out: "−" },
 });
 /** @type {Layer[]} */
-const LAYERS = ["frames", "zones", "margins", "trace", "labels"];
+const LAYERS = ["frames", "zones", "margins", "bodies", "trace", "labels"];
 
 /**
  * Actions of the buttons.

@@ -150,6 +150,7 @@ class View {
     }, this.picture.layers, this.solid);
     this.panel = new TargetPanel(this.target);
     this.pose = h("span", { class: "number view-pose" });
+    this.held = h("span", { class: "view-held", hidden: true });
     this.note = h("span", { class: "dim view-note", text: this.solid ? "" : text("view.no_webgl") });
     this.banner = h("p", { class: "view-banner", role: "status", hidden: true });
     this.alternative = h("p", { id: "view-said", class: "hidden-text" });
@@ -178,7 +179,7 @@ class View {
     host.append(
       this.toolbar.element,
       h("div", { class: "view-middle" }, h("div", { class: "view-picture" }, canvas, this.banner), this.panel.element),
-      h("div", { class: "view-status row" }, this.pose, this.clearance.element, this.note),
+      h("div", { class: "view-status row" }, this.pose, this.clearance.element, this.held, this.note),
       this.alternative,
     );
   }
@@ -188,6 +189,13 @@ class View {
     arm.on("sample", () => this.#sample());
     arm.on("link", () => this.#sample());
     arm.on("description", () => this.scheduler.request());
+    for (const topic of /** @type {const} */ (["world", "bodies"])) {
+      arm.on(topic, () => {
+        this.picture.take();
+        this.#held();
+        this.scheduler.request();
+      });
+    }
     arm.on("workspace", () => {
       this.picture.preview = null;
       this.#preview();
@@ -271,6 +279,18 @@ class View {
     setValues(this.banner, { hidden: message === "" });
   }
 
+  /** What the jaws hold, as only a simulated world knows it. @returns {string} */
+  get heldWords() {
+    const { world, bodies } = this.app.arm;
+    if (!world || !bodies) return "";
+    return world.held === null ? text("view.holds_nothing") : text("view.holds", { name: world.held });
+  }
+
+  #held() {
+    setText(this.held, this.heldWords);
+    setValues(this.held, { hidden: this.heldWords === "" });
+  }
+
   #pose() {
     const { sample } = this.app.arm;
     this.pose.classList.toggle("dim", !this.picture.fresh);
@@ -298,6 +318,7 @@ class View {
       fresh ? "" : text("view.not_live_said"),
       sample.pose ? text("view.pose_said", words(sample.pose)) : text("view.pose_unknown"),
       text("view.joints_said", { joints: each.join(", ") }),
+      this.heldWords,
       typeof sample.width === "number" ? text("view.width_said", { width: millimetres(sample.width) }) : "",
     ];
     setText(this.alternative, parts.filter(Boolean).join(" "));

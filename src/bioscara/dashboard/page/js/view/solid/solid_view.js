@@ -8,6 +8,7 @@
 import { upright } from "../kinematics.js";
 import { palette } from "../palette.js";
 import { ArmBody, geometryOf } from "./arm_body.js";
+import { Bodies } from "./bodies.js";
 import { Handle } from "./handle.js";
 import { Labels } from "./labels.js";
 import { Stage } from "./stage.js";
@@ -41,6 +42,7 @@ export class SolidView {
     this.commanded = new ArmBody(kinematics.model, geometries, this.colors.commanded);
     this.planned = new ArmBody(kinematics.model, geometries, this.colors.plan);
     this.surroundings = new Surroundings();
+    this.bodies = new Bodies(kinematics.model);
     this.tracks = new Tracks();
     this.labels = new Labels();
     this.handle = new Handle(this.stage, calls.drag, calls.busy);
@@ -51,6 +53,7 @@ export class SolidView {
       this.body.group,
       this.commanded.group,
       this.planned.group,
+      this.bodies.group,
       fixed,
       atTool,
       atWrist,
@@ -60,6 +63,8 @@ export class SolidView {
     this.host.append(this.labels.host);
     /** @type {Picture["workspace"]} */
     this.workspace = null;
+    /** @type {Picture["bodies"]} */
+    this.shapes = [];
     this.repaint();
   }
 
@@ -82,9 +87,16 @@ export class SolidView {
   /** @param {Picture} picture The picture. */
   draw(picture) {
     const { live, workspace, clearance, collision } = picture;
+    if (picture.bodies !== this.shapes) {
+      this.shapes = picture.bodies;
+      this.bodies.set(this.shapes);
+      this.workspace = null;
+    }
+    this.bodies.group.visible = picture.layers.has("bodies");
+    this.bodies.place(picture.bodyPoses);
     if (workspace && workspace !== this.workspace) {
       this.workspace = workspace;
-      this.surroundings.set(workspace, this.colors);
+      this.surroundings.set(workspace, this.colors, new Set(this.shapes.map(([name]) => name)));
       const other = workspace.scene.mounted !== null && workspace.scene.mounted !== undefined;
       for (const body of [this.body, this.commanded, this.planned]) body.showLinks((name) => !other || !GRIPPER_LINKS.has(name));
     }

@@ -43,15 +43,16 @@ export class Surroundings {
    *
    * @param {WorkspaceState} workspace The workspace.
    * @param {Palette} colors Colours.
+   * @param {Set<string>} seen Names of zones that bodies show: their edges are drawn alone.
    */
-  set(workspace, colors) {
+  set(workspace, colors, seen) {
     for (const group of [this.zones, this.margins, this.frames, this.toolAxes, this.fixed, this.atTool, this.atWrist]) clear(group);
     this.byName.clear();
     this.labels = [];
     this.fixed.add(this.zones, this.margins, this.frames);
     this.atTool.add(this.toolAxes);
     this.toolAxes.add(axes([0, 0, 0, 0], colors));
-    this.#addZones(workspace, colors);
+    this.#addZones(workspace, colors, seen);
     this.#addFrames(workspace, colors);
     const { load, scene } = workspace;
     if (load) this.#addLoad(load, colors);
@@ -63,15 +64,16 @@ export class Surroundings {
   /**
    * @param {WorkspaceState} workspace
    * @param {Palette} colors
+   * @param {Set<string>} seen
    */
-  #addZones({ scene }, colors) {
+  #addZones({ scene }, colors, seen) {
     const margin = scene.margin ?? 0;
     for (const value of scene.zones ?? []) {
       const { name, keep_in: keepIn } = value.zone;
       const shape = shapeOf(value);
       const color = keepIn ? colors.keepIn : colors.keepOut;
       const line = lines(edges(shape), color);
-      const filled = keepIn ? null : body(shape, color, 0.28);
+      const filled = keepIn || seen.has(name) ? null : body(shape, color, 0.28);
       this.zones.add(line);
       if (filled) this.zones.add(filled);
       this.margins.add(lines(edges(grown(shape, keepIn ? -margin : margin)), color, 0.5));
@@ -135,8 +137,12 @@ export class Surroundings {
   }
 }
 
-/** @param {Group} group */
-function clear(group) {
+/**
+ * Empty a group.
+ *
+ * @param {Group} group The group.
+ */
+export function clear(group) {
   group.traverse((each) => {
     if (each instanceof Mesh || each instanceof LineSegments) {
       each.geometry.dispose();
@@ -167,11 +173,13 @@ function body(shape, color, opacity) {
 }
 
 /**
- * @param {Float32Array} ends
- * @param {string} color
- * @param {number} [opacity]
+ * Return edges as lines.
+ *
+ * @param {Float32Array} ends Both ends of each edge, x, y, z [m].
+ * @param {string} color Their colour.
+ * @param {number} [opacity] Below 1 for faint ones.
  */
-function lines(ends, color, opacity = 1) {
+export function lines(ends, color, opacity = 1) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(ends, 3));
   return new LineSegments(geometry, new LineBasicMaterial({ color, opacity, transparent: opacity < 1 }));
