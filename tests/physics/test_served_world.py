@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -22,6 +23,7 @@ from entries import entry
 from physics.served_world import world_served
 from physics.worlds import FLOOR
 from served import NAME, RawClient, arm_served, events_since, eventually
+from unusable_values import judge
 
 
 @pytest.fixture
@@ -149,3 +151,23 @@ def test_an_arm_without_a_world_says_so() -> None:
         # It sends states to one that wants both.
         client.request(m.Subscribe(states=True, world=True))
         client.read(m.StateSample)
+
+
+def test_values_that_cannot_be_are_refused_before_they_are_sent(served: Served) -> None:
+    with RemoteRobot(NAME) as robot:
+        simulation = robot.simulation
+        calls: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
+            "push": (
+                simulation.push,
+                {"name": "plate", "force": (0.0, 0.0, 0.1), "duration": 0.01},
+            ),
+            "tilt": (simulation.tilt, {"name": "a", "height": 0.0, "direction": 0.0}),
+            "add_obstacle": (
+                lambda **values: (simulation.add_obstacle(**values), simulation.take_away("box")),
+                {"name": "box", "lower": (0.7, 0.7, 0.1), "upper": (0.8, 0.8, 0.2)},
+            ),
+            "take_away": (simulation.take_away, {"name": "nothing"}),
+            "pose": (simulation.pose, {"name": "plate"}),
+        }
+        for name, (call, base) in calls.items():
+            assert judge(name, call, base) == []

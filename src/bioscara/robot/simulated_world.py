@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
+from bioscara.arguments import text
 from bioscara.errors import InvalidArgumentError, NotSupportedError
 from bioscara.physics.bodies import BodyPose, BodyShape
 from bioscara.physics.camera import SIZE, Camera, Image
@@ -45,7 +46,7 @@ class SimulatedWorld(ABC):
         Raises:
             InvalidArgumentError: There is no body of that name.
         """
-        poses = self.poses
+        name, poses = text("name of the body", name), self.poses
         for pose in poses:
             if pose.name == name:
                 return pose

@@ -48,7 +48,8 @@ from bioscara.server.controllers.requests import ClientControllers, Handler
 from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.kept_files import scene_file, table_file
 from bioscara.server.overlay_file import OverlayFile
-from bioscara.server.simulation import Simulation
+from bioscara.server.served_world import ServedWorld
+from bioscara.server.simulation import ServedBench
 from bioscara.server.state.joint_reports import JointReports
 from bioscara.server.state.queries import (
     controller_list,
@@ -60,7 +61,6 @@ from bioscara.server.state.sampling import Sampler
 from bioscara.server.tasks.goals import ClientGoal, Goals
 from bioscara.server.tasks.jog_stream import JogStream, velocity_of
 from bioscara.server.tasks.owner_tasks import OwnerTasks
-from bioscara.server.world import ServedWorld
 from bioscara.version import __version__
 
 _log = logging.getLogger(__name__)
@@ -156,7 +156,7 @@ class Owner:
         self._begin = clock()
         self._sampler = Sampler(self._runner)
         self._pauses = Pauses(self._arm, self.lease)
-        self._simulation = Simulation(
+        self._simulation = ServedBench(
             self._arm, lambda text: post(lambda: self._event("simulation", f"simulated: {text}"))
         )
         self._controllers = ClientControllers(self._runner, self)

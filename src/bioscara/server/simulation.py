@@ -18,7 +18,7 @@ SLOWEST, FASTEST = 0.1, 20.0
 0.1 a cycle takes 0.1 s, and clients see fresh states ten times a second."""
 
 
-class Simulation:
+class ServedBench:
     """Faults and speed of an arm, if its owner simulates it.
 
     Args:

@@ -34,6 +34,12 @@ def test_looking_needs_no_lease_and_commanding_more_than_the_right_to_look() -> 
     assert m.Start(task=tasks.Home()).required_scope is Scope.OPERATE
 
 
+def test_the_world_of_a_simulated_arm_is_disturbed_by_operators_without_a_lease() -> None:
+    for kind in (m.SimulateFault, m.PushBody, m.TiltBody, m.AddObstacle, m.TakeAway):
+        assert (kind.scope, kind.needs_lease) == (Scope.OPERATE, False), kind
+    assert m.GetBodies.scope is m.GetWorld.scope is Scope.VIEW
+
+
 def test_only_an_administrator_takes_a_lease_by_force() -> None:
     assert m.AcquireLease().required_scope is Scope.OPERATE
     assert m.AcquireLease(force=True).required_scope is Scope.ADMIN
