@@ -11,8 +11,8 @@ from typing import Self
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.files.whole_files import replacing
-from bioscara.physics.camera import png
-from bioscara.physics.stills import Still, View, image_of, still_of
+from bioscara.physics.camera import View, png
+from bioscara.physics.stills import Still, image_of, still_of
 from bioscara.physics.world import PhysicsWorld
 
 _PERIOD = 1.0

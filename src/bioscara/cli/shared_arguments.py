@@ -19,7 +19,7 @@ from bioscara.cli.parser import Options, Parser, number, whole_number
 from bioscara.errors import BioscaraError
 
 if TYPE_CHECKING:
-    from bioscara.physics.stills import View
+    from bioscara.physics.camera import View
 
 TOKEN_VARIABLE = "BIOSCARA_TOKEN"  # noqa: S105  the name of the variable
 """Environment variable with the token of a gateway."""
@@ -47,8 +47,7 @@ def _port(text: str) -> int:
 def _view(text: str) -> View:
     """Return the view in an argument, ``PLACE`` or ``PLACE:WIDTHxHEIGHT``."""
     # Imported here: most commands show nothing.
-    from bioscara.physics.camera import camera_of, checked_size  # noqa: PLC0415
-    from bioscara.physics.stills import View  # noqa: PLC0415
+    from bioscara.physics.camera import View, camera_of, checked_size  # noqa: PLC0415
 
     name, colon, pixels = text.partition(":")
     found = re.fullmatch(r"(\d{1,6})x(\d{1,6})", pixels, re.ASCII)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +41,8 @@ _AMBIENT, _DIFFUSE = 0.42, 0.3
 """Brightness of the light at the camera: from all sides, and on what faces it."""
 _GEOMS = 20_000
 """Shapes that an image can have."""
+_IDAT = 41
+"""Where the data of the pixels begin in a PNG file of ours."""
 _KEPT = 4
 """Sizes of which a thread keeps the renderer."""
 
@@ -96,6 +98,18 @@ CAMERAS: Mapping[str, Camera] = MappingProxyType(
 """Cameras by name: three that stand, and one on the gripper, above the jaws and what they hold."""
 
 
+class View(NamedTuple):
+    """What an image shows, and how large.
+
+    Attributes:
+        camera: Name of the camera, of :data:`CAMERAS`.
+        size: Width and height [pixels].
+    """
+
+    camera: str
+    size: tuple[int, int] = SIZE
+
+
 def camera_of(place: str | Camera) -> Camera:
     """Return a camera, or the one of :data:`CAMERAS` with this name.
 
@@ -110,6 +124,21 @@ def camera_of(place: str | Camera) -> Camera:
             f"there is no camera {place!r}; {did_you_mean(place, CAMERAS, names)}"
         )
     return CAMERAS[place]
+
+
+def pixels(data: bytes) -> Image:
+    """Return the image in a file of :func:`png`.
+
+    Raises:
+        InvalidArgumentError: The file is none of these.
+    """
+    try:
+        width, height = struct.unpack_from(">II", data, 16)
+        length = int.from_bytes(data[_IDAT - 8 : _IDAT - 4], "big")
+        rows = np.frombuffer(zlib.decompress(data[_IDAT : _IDAT + length]), dtype=np.uint8)
+        return rows.reshape(height, 1 + 3 * width)[:, 1:].reshape(height, width, 3)
+    except (struct.error, zlib.error, ValueError) as error:
+        raise InvalidArgumentError(f"this is no image of a simulated world: {error}") from error
 
 
 def checked_size(size: tuple[int, int]) -> tuple[int, int]:

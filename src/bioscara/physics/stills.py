@@ -6,23 +6,11 @@ import copy
 import threading
 from typing import Any, NamedTuple
 
-from bioscara.physics.camera import SIZE, Camera, Image, render
+from bioscara.physics.camera import Camera, Image, render
 from bioscara.physics.coupling import allow_sleep
 from bioscara.physics.engine import mujoco
 from bioscara.physics.world import PhysicsWorld
 from bioscara.planning.arrays import Array
-
-
-class View(NamedTuple):
-    """What an image shows, and how large.
-
-    Attributes:
-        camera: Name of the camera, of :data:`bioscara.physics.camera.CAMERAS`.
-        size: Width and height [pixels].
-    """
-
-    camera: str
-    size: tuple[int, int] = SIZE
 
 
 class Still(NamedTuple):
