@@ -290,6 +290,11 @@ def _check_scene(parser: Parser, options: Options) -> None:
             "--scene and --world exclude one another, as a world has its zones; leave out one of "
             "them"
         )
+    if options.world is not None and options.bus is not None and options.bus.startswith("linux"):
+        parser.error(
+            f"--world is what surrounds a simulated arm, and the one on {options.bus} is real: "
+            "what its gripper holds is not known; give its zones as --scene"
+        )
 
 
 def share_taught(parser: Parser) -> None:

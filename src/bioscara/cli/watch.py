@@ -68,6 +68,7 @@ def watch(
         options.bus,
         overlay=options.parameters,
         table=TABLE,
+        declared=None if options.world is None else options.world.planned,
         gateways=(_GATEWAY,),
         priority=options.priority,
     )

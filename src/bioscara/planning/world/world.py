@@ -76,6 +76,11 @@ class World:
         )
         object.__setattr__(self, "planned", planned)
 
+    @property
+    def has_bodies(self) -> bool:
+        """Whether there is more than zones: a scene file has no bodies."""
+        return bool(self.table or self.walls or self.nests or self.items)
+
     def item(self, name: str) -> Item:
         """Return a piece of labware.
 

@@ -73,7 +73,7 @@ def simulated_devices(
     clock = PacedClock(arm.clock)
     gripper, servo = _simulated_gripper(parameters.gripper, clock)
     benched = BenchBus(arm, int(seed))
-    if world is not None:
+    if world is not None and world.has_bodies:
         # Imported here: the physics engine is an extra.
         from bioscara.physics.world import PhysicsWorld  # noqa: PLC0415
 

@@ -190,6 +190,7 @@ def run(options: Options, output: Output) -> None:
             robot = Robot.simulated(
                 parameters,
                 v1=options.v1,
+                world=options.world,
                 seed=options.seed,
                 homed=options.homed,
                 rate=options.rate,

@@ -50,7 +50,7 @@ def run(options: Options, output: Output) -> None:
         from bioscara.physics.world import PhysicsWorld
         from bioscara.planning.world import read_world
 
-        # The arm keeps it alive.
+        # The arm keeps it.
         world = PhysicsWorld(arm, servo, read_world(options.world), parameters)
     firmware = "their original firmware" if options.v1 else "this project's firmware"
     invitation = f"simulated arm, joints with {firmware}: --bus sim:{options.socket}"
