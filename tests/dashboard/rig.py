@@ -137,6 +137,13 @@ def upload(page: Page, kinds: str, name: str, content: str | bytes) -> None:
     )
 
 
+NO_WEBGL = """() => {
+  const get = HTMLCanvasElement.prototype.getContext;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+    return kind.startsWith("webgl") ? null : get.call(this, kind, ...rest);
+  };
+}"""
+"""Takes WebGL from the browser."""
 DIALOG = """async () => {
     const { openDialog } = await import("/js/dialog.js");
     openDialog(bioscara, "A question", () => [document.createElement("input")]);

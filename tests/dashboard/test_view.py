@@ -10,18 +10,12 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from bioscara import Box, Scene, Trajectory
-from dashboard.rig import Site, command, open_page, page_of
+from dashboard.rig import NO_WEBGL, Site, command, open_page, page_of
 from programs import wait_until
 
 pytestmark = pytest.mark.browser
 
 DRAWN = "() => Boolean(window.bioscara?.view?.scheduler.frames > 1)"
-NO_WEBGL = """() => {
-  const get = HTMLCanvasElement.prototype.getContext;
-  HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-    return kind.startsWith("webgl") ? null : get.call(this, kind, ...rest);
-  };
-}"""
 AT_HANDLE = """() => {
   const { view } = bioscara;
   const { handle, stage } = view.drawing;

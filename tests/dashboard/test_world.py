@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from bioscara.robot.tasks.scope import Scope
-from dashboard.rig import Site, page_of, require_browser, site
+from dashboard.rig import NO_WEBGL, Site, open_page, page_of, require_browser, site
 from physics.worlds import FLOOR, A, pick
 from programs import wait_until
 
@@ -110,3 +110,19 @@ def test_who_looks_only_sees_the_world_and_disturbs_nothing(browser: Browser, wo
         page.get_by_role("tab", name="Simulation").click()
         wait_until(lambda: drawn(page, "plate"), "the bodies are drawn")
         expect(card(page, "Push a body").get_by_role("button", name="Push it")).to_be_disabled()
+
+
+def test_without_webgl_the_outlines_of_the_bodies_are_drawn(browser: Browser, world: Site) -> None:
+    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
+        context.add_init_script(f"({NO_WEBGL})()")
+        page = open_page(context, world)
+        outlines = page.locator(".view-flat .bodies polygon")
+        shapes = [body for body in world.robot.simulation.bodies if body.kind != "jaw"]
+        expect(outlines).to_have_count(2 * len(shapes))
+        number = [body.name for body in shapes].index("a")
+        wait_until(lambda: outlines.nth(number).get_attribute("points"), "they are drawn")
+        corners = [
+            pair.split(",") for pair in str(outlines.nth(number).get_attribute("points")).split()
+        ]
+        middle = [sum(float(pair[axis]) for pair in corners) / len(corners) for axis in (0, 1)]
+        assert middle == pytest.approx([1e3 * A.x, -1e3 * A.y], abs=1.0)

@@ -7,6 +7,7 @@
 import { h } from "../../dom.js";
 import { text } from "../../texts.js";
 import { grown, outline, shapeOf } from "../shapes.js";
+import { bodyOutline } from "./body_outline.js";
 import { Projection, attributes, svg } from "./projection.js";
 
 /** Widths of the drawn arm, of its tool and a frame's origin [mm]. */
@@ -65,7 +66,10 @@ export class FlatView {
       this.shown = shown;
       for (const { projection } of this.views) this.#surroundings(projection, picture, marked);
     }
-    for (const { projection } of this.views) this.#arm(projection, picture);
+    for (const { projection } of this.views) {
+      this.#bodies(projection, picture);
+      this.#arm(projection, picture);
+    }
   }
 
   /**
@@ -101,6 +105,24 @@ export class FlatView {
       const [u, v] = projection.of(x, y, z);
       surroundings.append(svg("circle", { class: "frame", cx: u, cy: v, r: ORIGIN }), svg("text", { x: u, y: v }, name));
     }
+  }
+
+  /**
+   * @param {Projection} projection
+   * @param {Picture} picture
+   */
+  #bodies(projection, picture) {
+    const { bodies } = projection;
+    const shapes = picture.layers.has("bodies") ? picture.bodies.filter(([, kind]) => kind !== "jaw") : [];
+    const poses = new Map(picture.bodyPoses.map((pose) => [pose[0], pose]));
+    while (bodies.children.length > shapes.length) bodies.lastChild?.remove();
+    while (bodies.children.length < shapes.length) bodies.append(svg("polygon", {}));
+    shapes.forEach((shape, index) => {
+      const pose = poses.get(shape[0]);
+      if (!pose) return;
+      const color = (this.kinematics.model.body_colors[shape[1]] ?? [0.5, 0.5, 0.5]).map((share) => Math.round(255 * share));
+      attributes(bodies.children[index], { points: bodyOutline(projection, shape, pose), stroke: `rgb(${color})`, "stroke-width": 8 });
+    });
   }
 
   /**

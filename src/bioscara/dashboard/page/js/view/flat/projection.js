@@ -23,6 +23,7 @@ export class Projection {
     const box = kind === "top" ? [-HALF, -HALF, 2 * HALF, 2 * HALF] : [-HALF, -TOP, 2 * HALF, TOP - BOTTOM];
     this.element = /** @type {SVGSVGElement} */ (svg("svg", { viewBox: box.join(" "), "aria-hidden": "true" }));
     this.surroundings = svg("g", {});
+    this.bodies = svg("g", { class: "bodies" });
     const body = (/** @type {string} */ name) => /** @type {SVGGElement} */ (
       svg("g", { class: name }, svg("polyline", { class: "limb" }), svg("polyline", { class: "tool" }))
     );
@@ -33,7 +34,8 @@ export class Projection {
     this.path = svg("polyline", { class: "path" });
     this.pair = svg("polyline", { class: "pair" });
     this.target = svg("g", { class: "target" }, svg("circle", { r: HANDLE }), svg("path", { d: `M0,0 H${1.7 * HANDLE}` }));
-    this.element.append(this.surroundings, this.live, this.commanded, this.planned, this.trace, this.path, this.pair, this.target);
+    this.element.append(this.surroundings, this.bodies, this.live, this.commanded, this.planned, this.trace, this.path, this.pair,
+      this.target);
     this.#drag(drag);
   }
 
