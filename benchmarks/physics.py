@@ -48,7 +48,7 @@ def _stacked() -> World:
 
 
 def _apart(count: int) -> World:
-    """Return plates that lie beside each other on a large table, around the arm."""
+    """Return plates that lie apart on a large table, around the arm."""
     grid = [-0.9 + 0.18 * index for index in range(11)]
     places = [(x, y) for x, y in product(grid, grid) if max(abs(x), abs(y)) > 0.25][:count]
     items = tuple(_plate(f"p{i}", x, y, 0.0, None) for i, (x, y) in enumerate(places))

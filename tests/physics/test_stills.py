@@ -1,4 +1,4 @@
-"""Images of a world that goes on: each is of one time, whatever happens until it is drawn."""
+"""Images of a world that goes on: each is of one time, also if bodies move until it is drawn."""
 
 from __future__ import annotations
 

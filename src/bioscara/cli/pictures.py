@@ -26,7 +26,7 @@ class Pictures:
 
     Args:
         world: The world.
-        view: What is shown.
+        view: Camera and size.
         path: The file, which is replaced as a whole.
         report: Gets a sentence when an image cannot be written.
     """

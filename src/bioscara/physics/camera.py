@@ -95,11 +95,11 @@ CAMERAS: Mapping[str, Camera] = MappingProxyType(
         "wrist": Camera((0.045, 0.0, 0.05), (0.12, 0.0, -0.17), math.radians(70.0), "link_4"),
     }
 )
-"""Cameras by name: three that stand, and one on the gripper, above the jaws and what they hold."""
+"""Cameras by name: three that stand, and one on the gripper, above the jaws."""
 
 
 class View(NamedTuple):
-    """What an image shows, and how large.
+    """Camera and size of an image.
 
     Attributes:
         camera: Name of the camera, of :data:`CAMERAS`.

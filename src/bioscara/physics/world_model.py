@@ -25,7 +25,7 @@ is between 0.3 and 0.5."""
 _ABOVE, _BELOW, _SKY = (0.97, 0.98, 1.0), (0.72, 0.76, 0.8), 64
 """Red, green and blue of the background of images, high up and below, and its width [pixels]."""
 _LAMP, _DOWN = 0.28, (-0.3, 0.4, -1.0)
-"""Brightness of a lamp above the arm, beside the light at each camera, and its direction."""
+"""Brightness and direction of a lamp above the arm; there is a light at each camera, too."""
 _GUIDE_LENGTH = 15e-3
 """Length of a nest's guides from each corner [m]."""
 _LIP, _LIP_PLAY = 1.2e-3, 0.4e-3

@@ -53,7 +53,7 @@ class ControllerManagerNode:
         arm: Name of the owner.
         arguments: Arguments of ROS: ``--ros-args`` and the words after it.
         description: The robot description where no parameter has one; empty to wait for the topic.
-        view: What images of the simulated world show; None for none.
+        view: Camera and size of images of the simulated world; None for none.
 
     Attributes:
         node: The node.

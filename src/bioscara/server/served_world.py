@@ -75,7 +75,7 @@ class ServedWorld:
         return self._aside(lambda: work(sampler))  # type: ignore[arg-type]  # refused else
 
     def _image(self, _: Client, command: m.GetImage, __: int) -> Later:
-        """Return what is to be drawn: not in this process, where it would delay the loop."""
+        """Return a copy to draw in another process: here it would delay the loop."""
         world = world_of(self._runner.arm)
         camera_of(command.camera)
         checked_size((command.width, command.height))

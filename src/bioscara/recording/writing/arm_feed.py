@@ -53,7 +53,7 @@ class ArmFeed:
 
     Args:
         arm: Name of the owner.
-        view: What images of its world show; None for none.
+        view: Camera and size of images of its world; None for none.
 
     Attributes:
         welcome: The owner's greeting.

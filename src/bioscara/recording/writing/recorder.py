@@ -33,7 +33,7 @@ def record(
         limits: When the next file begins.
         ended: Returns whether to end.
         announce: Receives a sentence on each file, and on an owner that is missing.
-        view: What images of its world show; None for none.
+        view: Camera and size of images of its world; None for none.
 
     Raises:
         RecordingError: The disk is full or cannot be written; an event reports it to all clients.

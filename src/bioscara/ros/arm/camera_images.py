@@ -29,7 +29,7 @@ class CameraImages:
         node: The node.
         time: Converts times of the arm.
         owner: Simulates the arm, and draws.
-        view: What they show.
+        view: Camera and size.
     """
 
     def __init__(self, node: Any, time: ArmTime, owner: OwnerConnection, view: View) -> None:
@@ -56,7 +56,7 @@ class CameraImages:
                 continue
             except BioscaraError as error:
                 self._report(f"no image: {error}")
-            except Exception as error:  # noqa: BLE001  of rclpy, where the node ends meanwhile
+            except Exception as error:  # noqa: BLE001  of rclpy, where the node ends
                 if not self._ended.is_set():
                     self._report(f"an image was not published: {error!r}")
 

@@ -1,4 +1,4 @@
-"""`bioscara simulate --camera`: images of its world, and what is refused before it listens."""
+"""`bioscara simulate --camera`: images of its world, and refusals before it listens."""
 
 from __future__ import annotations
 
