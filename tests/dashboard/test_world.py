@@ -120,7 +120,7 @@ def test_without_webgl_the_outlines_of_the_bodies_are_drawn(browser: Browser, wo
         shapes = [body for body in world.robot.simulation.bodies if body.kind != "jaw"]
         expect(outlines).to_have_count(2 * len(shapes))
         number = [body.name for body in shapes].index("a")
-        wait_until(lambda: outlines.nth(number).get_attribute("points"), "they are drawn")
+        wait_until(lambda: bool(outlines.nth(number).get_attribute("points")), "they are drawn")
         corners = [
             pair.split(",") for pair in str(outlines.nth(number).get_attribute("points")).split()
         ]

@@ -1,4 +1,4 @@
-"""An owner that serves an arm beside two nests, with a plate in the first and one on the table."""
+"""An owner that serves an arm with two nests, a plate in the first and one on the table."""
 
 from __future__ import annotations
 

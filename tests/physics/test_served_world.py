@@ -156,6 +156,11 @@ def test_an_arm_without_a_world_says_so() -> None:
 def test_values_that_cannot_be_are_refused_before_they_are_sent(served: Served) -> None:
     with RemoteRobot(NAME) as robot:
         simulation = robot.simulation
+
+        def in_passing(**values: Any) -> None:
+            simulation.add_obstacle(**values)
+            simulation.take_away("box")
+
         calls: dict[str, tuple[Callable[..., object], dict[str, Any]]] = {
             "push": (
                 simulation.push,
@@ -163,7 +168,7 @@ def test_values_that_cannot_be_are_refused_before_they_are_sent(served: Served) 
             ),
             "tilt": (simulation.tilt, {"name": "a", "height": 0.0, "direction": 0.0}),
             "add_obstacle": (
-                lambda **values: (simulation.add_obstacle(**values), simulation.take_away("box")),
+                in_passing,
                 {"name": "box", "lower": (0.7, 0.7, 0.1), "upper": (0.8, 0.8, 0.2)},
             ),
             "take_away": (simulation.take_away, {"name": "nothing"}),

@@ -48,7 +48,7 @@ def test_frames_and_markers_are_those_of_the_bodies() -> None:
             assert marker["header"]["frame_id"] == f"body/{shape.name}"
             assert marker["scale"]["x"] == 2.0 * shape.boxes[marker["id"]].half_x
             assert marker["color"]["g"] == pytest.approx(COLOURS[shape.kind][1])
-        # Those at rest are repeated for who comes later.
+        # Those at rest are repeated for programs that begin later.
         found = frames(ros, *shapes)
         place = found["body/plate"]["transform"]["translation"]
         assert found["body/plate"]["header"]["frame_id"] == "base_link"

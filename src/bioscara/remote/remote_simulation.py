@@ -23,7 +23,7 @@ from bioscara.robot.simulated_world import SimulatedWorld
 
 
 class RemoteSimulation(SimulatedWorld):
-    """What an owner simulates: the world, faults and time.
+    """The simulation of an owner: world, faults and time.
 
     Args:
         ask: Sends a command to the owner, and returns its result, which is of the given type.
@@ -126,7 +126,7 @@ class RemoteSimulation(SimulatedWorld):
         self.newest = sample
 
     def sample(self) -> m.WorldSample:
-        """Return what is held, the width between the jaws, and the bodies that have moved."""
+        """Return the held body, the width between the jaws, and the bodies that have moved."""
         sample: m.WorldSample = self._ask(m.GetWorld(), m.WorldSample)
         return sample
 

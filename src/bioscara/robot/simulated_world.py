@@ -14,7 +14,7 @@ from bioscara.spelling import did_you_mean
 
 
 class SimulatedWorld(ABC):
-    """The world around a simulated arm: what a person beside it could see and do.
+    """The world around a simulated arm: its bodies, and disturbances of them.
 
     Disturbances need no lease and do not wait for the arm: they are the world, not commands. For an
     arm without a world, which a real one is too, all of this raises a NotSupportedError.
@@ -33,7 +33,7 @@ class SimulatedWorld(ABC):
     @property
     @abstractmethod
     def bodies(self) -> tuple[BodyShape, ...]:
-        """The bodies beside the arm."""
+        """The bodies around the arm."""
 
     @property
     @abstractmethod
@@ -144,8 +144,8 @@ class SimulatedWorld(ABC):
     def restore(self, snapshot: Any) -> None:  # noqa: ARG002  of the subclass
         """Return to a state of this robot; simulated time goes on.
 
-        The joints are enabled if they were then. The workspace stays as it is: what the tool
-        carries is for the caller to declare.
+        The joints are enabled if they were then. The workspace stays as it is: declare
+        the load that the tool carries then.
 
         Args:
             snapshot: Of :meth:`save`.

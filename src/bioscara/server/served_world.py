@@ -132,4 +132,4 @@ _DISTURBANCES: dict[
         lambda it: f"takes {it.name} away",
     ),
 }
-"""What each disturbance does, and the words for it."""
+"""The change that each disturbance is, and the words for it."""

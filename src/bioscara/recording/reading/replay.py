@@ -229,7 +229,7 @@ class ReplayedArm:
         return row is not None
 
     def _take_world(self, changed: m.WorldSample) -> None:
-        """Add what has changed since the sample before, of the same list of bodies."""
+        """Add the changes since the sample before, of the same list of bodies."""
         last = self.world_sample
         known = last.poses if last is not None and last.version == changed.version else ()
         poses = {pose.name: pose for pose in (*known, *changed.poses)}

@@ -23,7 +23,7 @@ _encode = msgspec.json.Encoder().encode
 
 
 class WorldMessages:
-    """Encodes the samples of a world: only what has changed since the one before.
+    """Encodes the samples of a world: the changes since the one before.
 
     Attributes:
         width: True width between the jaws in the last sample [m]; None before the first.

@@ -14,7 +14,7 @@ def arguments(parser: Parser) -> None:
     actions = {
         name: parser.add_command(name, help_text)
         for name, help_text in (
-            ("list", "List the bodies, where they are, and what the jaws hold."),
+            ("list", "List the bodies, their places, and the one that the jaws hold."),
             ("push", "Push a piece of labware, or a link of the arm, as link_3."),
             ("tilt", "Tilt a nest, a wall or an obstacle."),
             ("obstacle", "Put a box into the world."),
@@ -63,7 +63,7 @@ def run(options: Options, output: Output) -> None:
         InvalidArgumentError: There is no such body, or the value is not possible; or there are
             several arms, and none is named.
         LimitError: A value is outside its range.
-        LifecycleError: What is taken away is held.
+        LifecycleError: The jaws hold the body to be taken away.
     """
     from bioscara.cli.owner_link import served_robot
 

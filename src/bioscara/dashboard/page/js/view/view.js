@@ -279,7 +279,7 @@ class View {
     setValues(this.banner, { hidden: message === "" });
   }
 
-  /** What the jaws hold, as only a simulated world knows it. @returns {string} */
+  /** The sentence on the body in the jaws, which only a simulated world knows. @returns {string} */
   get heldWords() {
     const { world, bodies } = this.app.arm;
     if (!world || !bodies) return "";
