@@ -14,8 +14,6 @@ from pathlib import Path
 from PIL import Image
 
 from bioscara import Robot
-from bioscara.physics.camera import render
-from bioscara.robot.simulation import world_of
 
 IMAGES = Path(__file__).parents[1] / "docs/images"
 WORLD = Path(__file__).parents[1] / "examples/world.yaml"
@@ -27,9 +25,8 @@ START = (-0.5, 0.15, 1.1, -0.6)
 
 def make(robot: Robot, folder: Path) -> None:
     """Write a picture of a simulated robot's world for each camera."""
-    world = world_of(robot.runner.arm)
     for camera in CAMERAS:
-        picture = Image.fromarray(render(world.model, world.data, camera, SIZE))
+        picture = Image.fromarray(robot.simulation.image(camera, SIZE))
         picture.quantize(128).save(folder / f"physics-{camera}.png", optimize=True)
 
 
