@@ -13,6 +13,7 @@ from pathlib import Path
 
 TOPICS = {
     "simulation": "Simulation",
+    "physics": "Bodies around the arm",
     "firmware": "Firmware, emulated",
     "cycle": "One control cycle",
     "control": "The control loop",

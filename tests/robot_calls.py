@@ -16,6 +16,7 @@ from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.world import World
 from bioscara.robot.tasks import Unfold
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.grids import Grid
@@ -287,6 +288,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "pace_homing": False,
                 "pace_motion": False,
                 "controllers_fed": False,
+                "world": World(),
             },
         ),
         "Robot.on_bus": (

@@ -1,8 +1,7 @@
-"""Make the pictures of a world: ``python -m tools.physics_pictures [WORLD]``.
+"""Make the pictures of the demonstration's world: ``python -m tools.physics_pictures [FOLDER]``.
 
-Needs the extra ``physics-view``. An arm is simulated with the world of the file, by default that of
-the examples; each camera takes it as it is at the begin. The pictures land in ``docs/images``, as
-``physics-CAMERA.png``; a second word is another folder for them.
+Needs the extra ``physics-view``. The arm lifts the plate out of its nest, and each camera takes it
+there. The pictures land in ``docs/images``, or in the folder, as ``physics-CAMERA.png``.
 """
 
 from __future__ import annotations
@@ -13,32 +12,36 @@ from pathlib import Path
 
 from PIL import Image
 
-from bioscara import Robot
-from bioscara.physics.camera import render
-from bioscara.robot.simulation import world_of
+from bioscara import Load, Robot
+from bioscara.cli.carry import demo_world
 
 IMAGES = Path(__file__).parents[1] / "docs/images"
-WORLD = Path(__file__).parents[1] / "examples/world.yaml"
-CAMERAS = ("front", "top")
+CAMERAS = ("front", "wrist")
 SIZE = (960, 720)
-START = (-0.5, 0.15, 1.1, -0.6)
-"""Where the arm stands [rad, m, rad, rad]: in front of its column, in sight of both cameras."""
 
 
 def make(robot: Robot, folder: Path) -> None:
     """Write a picture of a simulated robot's world for each camera."""
-    world = world_of(robot.runner.arm)
     for camera in CAMERAS:
-        picture = Image.fromarray(render(world.model, world.data, camera, SIZE))
+        picture = Image.fromarray(robot.simulation.image(camera, SIZE))
         picture.quantize(128).save(folder / f"physics-{camera}.png", optimize=True)
 
 
 def main(words: Sequence[str]) -> None:
-    """Make the pictures of a file."""
-    path, folder = (*(Path(word) for word in words), *(WORLD, IMAGES)[len(words) :])
-    with Robot.simulated(world=path, homed=True) as robot:
-        robot.move_joints(START)
-        make(robot, folder)
+    """Lift the plate, and make the pictures."""
+    world = demo_world()
+    plate = world.item("plate")
+    place = plate.grip.pose
+    load = Load("plate", plate.shape_in_tool, plate.mass, ("a",))
+    with Robot.simulated(world=world, homed=True) as robot:
+        robot.enable()
+        robot.gripper.open()
+        robot.move_to(place.up(0.04))
+        robot.move_linear(place)
+        robot.scene = world.without("plate").planned
+        robot.gripper.grasp(load)
+        robot.move_linear(place.up(0.06))
+        make(robot, Path(*words) if words else IMAGES)
 
 
 if __name__ == "__main__":

@@ -105,7 +105,7 @@ def test_the_priority_is_that_of_the_control_loop(
         pytest.skip(str(error))
     with runtime_folder():
         process = start("-m", "bioscara", "demo", "--watch", "--priority", "70", cwd=tmp_path)
-        wait_for_line(process, "following the trajectory")
+        wait_for_line(process, "taking the plate")
         threads = [int(path.name) for path in Path(f"/proc/{process.pid}/task").iterdir()]
         urgent = [each for each in threads if os.sched_getparam(each).sched_priority == 70]
         assert len(urgent) == 1

@@ -40,7 +40,7 @@ def test_every_kind_fits_the_standard_and_the_jaws() -> None:
             for size, standard in zip(kind.size[:2], SLAS, strict=True):
                 assert abs(size - standard) <= 5e-4
             assert arm.gripper.lower < kind.grip_width < arm.gripper.upper
-            # The fingers are above what it stands on, by the usual margin and a nest's guides.
+            # The fingers are above its support, by the usual margin and a nest's guides.
             assert kind.grip_height - below >= 5e-3 + 3e-3 or kind.size[2] < 0.01
             assert kind.stack_height == kind.size[2] - kind.rim
 

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from bioscara.errors import BioscaraError, InvalidArgumentError, NotSupportedError
-from bioscara.physics.camera import CAMERAS, SIZES, Camera, png, render
+from bioscara.physics.camera import CAMERAS, SIZES, Camera, pixels, png, render
 from programs import environment
 from ros_environment import absent
 
@@ -146,6 +146,10 @@ def test_a_png_holds_every_pixel(boxes: tuple[Any, Any]) -> None:
     image = render(*boxes, "front", (321, 243))
     with Image.open(io.BytesIO(png(image))) as read:
         assert (np.asarray(read) == image).all()
+    assert (pixels(png(image)) == image).all()
+    for file in (b"", b"GIF", png(image)[:-200]):
+        with pytest.raises(InvalidArgumentError, match="no image of a simulated world"):
+            pixels(file)
     for wrong in (image[..., 0], image.astype(float), image[:0]):
         with pytest.raises(InvalidArgumentError, match="must be uint8"):
             png(wrong)

@@ -120,6 +120,7 @@ with simulated(transfer_world(*stack("plate"))) as robot:
 """
 
 
+@pytest.mark.thorough
 def test_two_processes_compute_the_same_bits() -> None:
     words = [sys.executable, "-c", PROGRAM]
     started = [
@@ -161,12 +162,12 @@ def test_steps_of_any_length_give_the_same_bits() -> None:
 
 def test_an_error_of_the_world_is_raised_once_and_the_arm_goes_on() -> None:
     arm = SimulatedArm(seed=2)
-    values, begun = np.zeros((4, 4)), arm.now()
+    (position, velocity, drive, contact), begun = np.zeros((4, 4)), arm.now()
 
     def fail() -> None:
         raise ValueError("bodies")
 
-    arm.set_world(*values, fail)
+    arm.set_world(position, velocity, drive, contact, fail)
     with pytest.raises(ValueError, match="bodies"):
         arm.run(0.5)
     arm.run(0.5)

@@ -28,7 +28,7 @@ from physics.worlds import (
 GRAVITY = 9.81
 
 
-@pytest.mark.parametrize("mass", [0.04, 0.06])
+@pytest.mark.parametrize("mass", [0.04, pytest.param(0.06, marks=pytest.mark.thorough)])
 def test_a_plate_is_carried_within_half_a_millimetre(mass: float) -> None:
     with simulated(transfer_world(*stack("plate", mass=mass))) as robot:
         robot.enable()
@@ -71,6 +71,7 @@ def test_a_plate_is_placed_in_the_other_nest() -> None:
         assert turn < 5e-3
 
 
+@pytest.mark.thorough
 def test_a_stack_of_four_is_moved_plate_by_plate() -> None:
     with simulated(transfer_world(*stack("p0", "p1", "p2", "p3"))) as robot:
         robot.enable()

@@ -1,4 +1,4 @@
-"""Bodies of a world: the planner's shapes, disturbances, and what is refused."""
+"""Bodies of a world: the planner's shapes, disturbances, and refusals."""
 
 from __future__ import annotations
 

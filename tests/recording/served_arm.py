@@ -12,6 +12,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from bioscara import Robot
+from bioscara.physics.camera import View
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.recording.writing.folder import RecordingFolder
 from bioscara.recording.writing.owner_recorder import FileLimits
@@ -49,17 +50,19 @@ class Recording:
         error: Cause of its end; None if the test did.
     """
 
-    def __init__(self, folder: Path, limits: FileLimits, keep: int) -> None:
+    def __init__(
+        self, folder: Path, limits: FileLimits, keep: int, view: View | None = None
+    ) -> None:
         self.folder = RecordingFolder(folder, NAME, keep)
         self.said: list[str] = []
         self.error: Exception | None = None
         self._ended = Flag()
-        self._thread = Thread(target=self._run, args=(limits,))
+        self._thread = Thread(target=self._run, args=(limits, view))
         self._thread.start()
 
-    def _run(self, limits: FileLimits) -> None:
+    def _run(self, limits: FileLimits, view: View | None) -> None:
         try:
-            record(NAME, self.folder, limits, self._ended.is_set, self.said.append)
+            record(NAME, self.folder, limits, self._ended.is_set, self.said.append, view)
         except Exception as error:  # noqa: BLE001  for the test to see
             self.error = error
 

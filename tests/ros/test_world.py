@@ -7,7 +7,9 @@ from typing import Any
 import pytest
 
 from bioscara.physics.bodies import COLOURS
+from bioscara.physics.camera import pixels
 from ros.rig import Ros, rig
+from served import NAME
 
 pytestmark = pytest.mark.ros
 
@@ -54,3 +56,23 @@ def test_frames_and_markers_are_those_of_the_bodies() -> None:
         robot.simulation.take_away("spare")
         _, *markers = ros.do("heard", topic=topic, count=2)[-1][1]["markers"]
         assert "spare" not in {marker["ns"] for marker in markers}
+
+
+def test_images_are_published_while_somebody_looks() -> None:
+    topic = "/camera/image/compressed"
+    with (
+        rig(6) as made,
+        made.owner("WORLD", speed=2.0),
+        made.node("--arm", NAME, "--camera", "side:160x120"),
+        made.clients() as ros,
+        made.observed() as robot,
+    ):
+        expected = robot.simulation.image("side", (160, 120))
+        ros.do("listen", type="sensor_msgs/CompressedImage", topic=topic)
+        images = [each for _, each in ros.do("heard", topic=topic, count=2)]
+        for image in images:
+            assert (image["header"]["frame_id"], image["format"]) == ("side", "png")
+            seen = pixels(bytes(image["data"]))
+            assert (seen == expected).mean() > 0.999
+        first, second = (each["header"]["stamp"] for each in images[:2])
+        assert (first["sec"], first["nanosec"]) < (second["sec"], second["nanosec"])

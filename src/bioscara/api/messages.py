@@ -990,6 +990,22 @@ class GetWorld(Query, frozen=True, tag="get_world"):
     slow = True
 
 
+class GetImage(Query, frozen=True, kw_only=True, tag="get_image"):
+    """Ask for an :class:`ImageFile` of now; refused for an arm without a world.
+
+    Attributes:
+        camera: ``front``, ``side``, ``top``, or ``wrist`` on the gripper.
+        width: 16 to 2048 pixels.
+        height: 16 to 2048 pixels.
+    """
+
+    slow = True
+
+    camera: str = "front"
+    width: int = 640
+    height: int = 480
+
+
 class GetFaults(Query, frozen=True, tag="get_faults"):
     """Ask for the :class:`FaultList`."""
 
@@ -1197,6 +1213,7 @@ AnyCommand = (
     | GetSimulation
     | GetBodies
     | GetWorld
+    | GetImage
     | GetFaults
     | GetGoal
     | GetTrajectories
@@ -1414,6 +1431,20 @@ class BodyList(Result, frozen=True, tag="body_list"):
     version: int
     bodies: tuple[BodyShape, ...]
     poses: tuple[BodyPose, ...]
+
+
+class ImageFile(Result, frozen=True, kw_only=True, tag="image_file"):
+    """An image of a simulated arm in its world.
+
+    Attributes:
+        time: Begin of the control cycle that it shows, on the arm's clock.
+        camera: Where it was taken from.
+        data: The image, as a PNG file.
+    """
+
+    time: float
+    camera: str
+    data: bytes
 
 
 class History(Result, frozen=True, kw_only=True, tag="history"):
@@ -1833,6 +1864,7 @@ AnyResult = (
     | History
     | SimulationState
     | BodyList
+    | ImageFile
     | FaultList
     | GoalState
     | GoalList

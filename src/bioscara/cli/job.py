@@ -108,7 +108,7 @@ class Job:
 
     @property
     def introduction(self) -> str:
-        """What is going to be done, in words."""
+        """The job in words, for its begin."""
         return f"trajectory: {self.source}, {self.planned.duration:.2f} s"
 
     def cycles(self, period: float) -> int:
@@ -116,7 +116,7 @@ class Job:
         return int(self.planned.duration / period)
 
     def keep(self, folder: RunFolder) -> None:
-        """Write what is planned into the folder of the run."""
+        """Write the plan into the folder of the run."""
         _keep_trajectory(folder, self.planned)
 
     def perform(
@@ -138,7 +138,7 @@ class Job:
 
 
 class JobResult(NamedTuple):
-    """What a job has done.
+    """Result of a job.
 
     Attributes:
         duration: Of the motion [s]; NaN if it did not end.
@@ -174,13 +174,13 @@ class AnyJob(Protocol):
 
     @property
     def introduction(self) -> str:
-        """What is going to be done, in words."""
+        """The job in words, for its begin."""
 
     def cycles(self, period: float) -> int:
         """Return how many records its motion has, about."""
 
     def keep(self, folder: RunFolder) -> None:
-        """Write what is planned into the folder of the run."""
+        """Write the plan into the folder of the run."""
 
     def perform(
         self, robot: ArmMethods, folder: RunFolder, progress: Progress, options: Options
@@ -238,7 +238,7 @@ def prepare(
 
 
 class _Result(NamedTuple):
-    """Result of a motion: fields of :class:`RunSummary`, and what was done."""
+    """Result of a motion: fields of :class:`RunSummary`, and the result of the job."""
 
     outcome: Outcome
     message: str
@@ -248,7 +248,7 @@ class _Result(NamedTuple):
 
 
 def run_job(job: AnyJob, parameters: ArmParameters, options: Options, output: Output) -> ExitStatus:
-    """Home the arm, do what the job is, leave the arm disabled and write the report.
+    """Home the arm, carry out the job, leave the arm disabled and write the report.
 
     Raises:
         BioscaraError: The run was refused or failed before anything moved.

@@ -5,16 +5,21 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
 import shlex
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.cli.commands import COMMANDS
 from bioscara.cli.parser import Options, Parser, number, whole_number
+from bioscara.errors import BioscaraError
+
+if TYPE_CHECKING:
+    from bioscara.physics.camera import View
 
 TOKEN_VARIABLE = "BIOSCARA_TOKEN"  # noqa: S105  the name of the variable
 """Environment variable with the token of a gateway."""
@@ -39,6 +44,24 @@ def _port(text: str) -> int:
     return int(text)
 
 
+def _view(text: str) -> View:
+    """Return the view in an argument, ``PLACE`` or ``PLACE:WIDTHxHEIGHT``."""
+    # Imported here: most commands show nothing.
+    from bioscara.physics.camera import View, camera_of, checked_size  # noqa: PLC0415
+
+    name, colon, pixels = text.partition(":")
+    found = re.fullmatch(r"(\d{1,6})x(\d{1,6})", pixels, re.ASCII)
+    if colon and found is None:
+        raise argparse.ArgumentTypeError(
+            f"{pixels!r} is not a size: give width and height in pixels, as in {name}:640x480"
+        )
+    try:
+        camera_of(name)
+        return View(name, checked_size((int(found[1]), int(found[2])))) if found else View(name)
+    except BioscaraError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 _ARGUMENTS: dict[str, dict[str, Any]] = {
     "--acknowledge": {
         "action": "store_true",
@@ -55,6 +78,12 @@ _ARGUMENTS: dict[str, dict[str, Any]] = {
         "type": Path,
         "help": "certificates, as PEM, of the authorities that are trusted for a gateway (default: "
         "those of the system)",
+    },
+    "--camera": {
+        "metavar": "PLACE[:WIDTHxHEIGHT]",
+        "type": _view,
+        "help": "camera that sees the world: front, side, top or wrist, with 640x480 pixels if no "
+        "size is given; needs bioscara[physics-view]",
     },
     "--csv": {"metavar": "FILE", "type": Path, "help": "write the trajectory, for 'bioscara run'"},
     "--deg": {

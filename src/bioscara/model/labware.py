@@ -22,8 +22,8 @@ VERSION = 1
 SIZES = (1e-3, 0.5)
 """Smallest and largest size of labware [m]: a larger one is taken for millimetres."""
 MASSES = (1e-3, 3.0)
-"""Smallest and largest mass of labware [kg]: the arm carries no more, and what has no mass cannot
-be simulated."""
+"""Smallest and largest mass of labware [kg]: the arm carries no more, and a body without a mass
+cannot be simulated."""
 _MOST = 200
 """Most entries of a file."""
 Size = Annotated[float, Within(*SIZES, "m")]
@@ -35,13 +35,13 @@ class Labware(Checked):
 
     Attributes:
         name: The kind in world files: letters, digits and ``_``; begins with a letter.
-        title: What it is, in words.
+        title: Its description.
         size: Along its long side, across it and upwards [m].
         mass: Of an empty one [kg].
         mass_assumed: Whether the mass is an assumption, since no source gives it.
         grip_width: Distance of the jaws that hold it across y [m].
         grip_height: Height of the tool centre point above its bottom when the jaws hold it [m].
-        rim: Height of the raised edge at its top, which centres what stands on it [m]; 0 for none.
+        rim: Height of the raised edge at its top, which centres labware on it [m]; 0 for none.
         stackable: Whether labware may stand on it.
         source: Where the dimensions come from.
     """

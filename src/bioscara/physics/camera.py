@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,8 @@ Triple = tuple[float, float, float]
 Image = npt.NDArray[np.uint8]
 """Rows from the top of red, green and blue, shape (height, width, 3)."""
 
+SIZE = (640, 480)
+"""Width and height of an image where none are given [pixels]."""
 SIZES = (16, 2048)
 """Smallest and largest width and height of an image [pixels]."""
 _VIEWS = (math.radians(1.0), math.radians(150.0))
@@ -35,10 +37,12 @@ _FARTHEST = 100.0
 """Largest coordinate of a camera [m]."""
 _NEAR, _FAR = 0.01, 50.0
 """Distances between which bodies are drawn [m]."""
-_AMBIENT, _DIFFUSE = 0.35, 0.6
+_AMBIENT, _DIFFUSE = 0.42, 0.3
 """Brightness of the light at the camera: from all sides, and on what faces it."""
 _GEOMS = 20_000
 """Shapes that an image can have."""
+_IDAT = 41
+"""Where the data of the pixels begin in a PNG file of ours."""
 _KEPT = 4
 """Sizes of which a thread keeps the renderer."""
 
@@ -88,10 +92,22 @@ CAMERAS: Mapping[str, Camera] = MappingProxyType(
         "front": Camera((1.7, 0.0, 0.75), (0.2, 0.0, 0.22)),
         "side": Camera((0.3, -1.6, 0.6), (0.3, 0.0, 0.22)),
         "top": Camera((0.25, 0.0, 2.0), (0.25, 0.0, 0.0)),
-        "wrist": Camera((0.45, 0.0, 0.12), (0.12, 0.0, -0.17), math.radians(50.0), "link_4"),
+        "wrist": Camera((0.045, 0.0, 0.05), (0.12, 0.0, -0.17), math.radians(70.0), "link_4"),
     }
 )
-"""Cameras by name: three that stand, and one that moves with the wrist and sees the jaws."""
+"""Cameras by name: three that stand, and one on the gripper, above the jaws."""
+
+
+class View(NamedTuple):
+    """Camera and size of an image.
+
+    Attributes:
+        camera: Name of the camera, of :data:`CAMERAS`.
+        size: Width and height [pixels].
+    """
+
+    camera: str
+    size: tuple[int, int] = SIZE
 
 
 def camera_of(place: str | Camera) -> Camera:
@@ -103,17 +119,48 @@ def camera_of(place: str | Camera) -> Camera:
     if isinstance(place, Camera):
         return place
     if place not in CAMERAS:
+        names = f"there are {', '.join(CAMERAS)}"
         raise InvalidArgumentError(
-            f"camera {place!r} is not one of {', '.join(CAMERAS)}{did_you_mean(place, CAMERAS)}"
+            f"there is no camera {place!r}; {did_you_mean(place, CAMERAS, names)}"
         )
     return CAMERAS[place]
+
+
+def pixels(data: bytes) -> Image:
+    """Return the image in a file of :func:`png`.
+
+    Raises:
+        InvalidArgumentError: The file is none of these.
+    """
+    try:
+        width, height = struct.unpack_from(">II", data, 16)
+        length = int.from_bytes(data[_IDAT - 8 : _IDAT - 4], "big")
+        rows = np.frombuffer(zlib.decompress(data[_IDAT : _IDAT + length]), dtype=np.uint8)
+        return rows.reshape(height, 1 + 3 * width)[:, 1:].reshape(height, width, 3)
+    except (struct.error, zlib.error, ValueError) as error:
+        raise InvalidArgumentError(f"this is no image of a simulated world: {error}") from error
+
+
+def checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of an image [pixels].
+
+    Raises:
+        InvalidArgumentError: They are outside :data:`SIZES`.
+    """
+    least, most = SIZES
+    whole = len(size) == 2 and all(isinstance(part, int | np.integer) for part in size)
+    if not whole or not all(least <= part <= most for part in size):
+        raise InvalidArgumentError(
+            f"image size {size} must be width and height in pixels, {least} .. {most} each"
+        )
+    return int(size[0]), int(size[1])
 
 
 def render(
     model: Any,
     data: Any,
     camera: str | Camera = "front",
-    size: tuple[int, int] = (640, 480),
+    size: tuple[int, int] = SIZE,
 ) -> Image:
     """Return the image that a camera takes, without shadows, of the shapes in groups 0 to 2.
 
@@ -137,7 +184,7 @@ def render(
         NotSupportedError: The extra ``physics-view`` is missing, or a library of the system that
             draws without a screen.
     """
-    view, (width, height) = camera_of(camera), _checked(size)
+    view, (width, height) = camera_of(camera), checked_size(size)
     if not hasattr(_of_thread, "stages"):
         _of_thread.stages = {}
     stages: dict[tuple[int, int], _Stage] = _of_thread.stages
@@ -172,16 +219,6 @@ def png(image: Image) -> bytes:
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
         for kind, data in chunks
     )
-
-
-def _checked(size: tuple[int, int]) -> tuple[int, int]:
-    least, most = SIZES
-    whole = len(size) == 2 and all(isinstance(part, int | np.integer) for part in size)
-    if not whole or not all(least <= part <= most for part in size):
-        raise InvalidArgumentError(
-            f"image size {size} must be width and height in pixels, {least} .. {most} each"
-        )
-    return int(size[0]), int(size[1])
 
 
 def _placed(

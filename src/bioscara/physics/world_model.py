@@ -22,6 +22,10 @@ SOLIMP = (0.95, 0.99, 1e-3, 0.5, 2.0)
 FRICTION = (0.4, 5e-3, 1e-4)
 """Sliding, torsional and rolling friction of labware, nests and walls. Chosen: polystyrene on metal
 is between 0.3 and 0.5."""
+_ABOVE, _BELOW, _SKY = (0.97, 0.98, 1.0), (0.72, 0.76, 0.8), 64
+"""Red, green and blue of the background of images, high up and below, and its width [pixels]."""
+_LAMP, _DOWN = 0.28, (-0.3, 0.4, -1.0)
+"""Brightness and direction of a lamp above the arm; there is a light at each camera, too."""
 _GUIDE_LENGTH = 15e-3
 """Length of a nest's guides from each corner [m]."""
 _LIP, _LIP_PLAY = 1.2e-3, 0.4e-3
@@ -48,6 +52,15 @@ def new_model() -> Any:
     default.solref, default.solimp = list(SOLREF), list(SOLIMP)
     default.friction = list(FRICTION)
     default.contype, default.conaffinity = OTHERS, ARM | OTHERS
+    spec.add_texture(
+        name="background", type=engine.mjtTexture.mjTEXTURE_SKYBOX, width=_SKY, height=6 * _SKY,
+        builtin=engine.mjtBuiltin.mjBUILTIN_GRADIENT, rgb1=list(_ABOVE), rgb2=list(_BELOW),
+    )  # fmt: skip
+    spec.worldbody.add_light(
+        name="lamp", type=engine.mjtLightType.mjLIGHT_DIRECTIONAL, castshadow=False,
+        pos=[0.0, 0.0, 3.0], dir=list(_DOWN), ambient=[0.0] * 3, diffuse=[_LAMP] * 3,
+        specular=[0.0] * 3,
+    )  # fmt: skip
     return spec
 
 

@@ -10,6 +10,15 @@ from bioscara.api.values import placed
 from bioscara.arguments import number, numbers, text
 from bioscara.errors import InvalidArgumentError
 from bioscara.physics.bodies import BodyPose, BodyShape
+from bioscara.physics.camera import (
+    CAMERAS,
+    SIZE,
+    Camera,
+    Image,
+    camera_of,
+    checked_size,
+    pixels,
+)  # fmt: skip
 from bioscara.robot.simulated_world import SimulatedWorld
 
 
@@ -47,6 +56,21 @@ class RemoteSimulation(SimulatedWorld):
     def poses(self) -> tuple[BodyPose, ...]:
         sample = self.sample()
         return placed(self.body_list(sample), sample)
+
+    def image(self, camera: str | Camera = "front", size: tuple[int, int] = SIZE) -> Image:
+        return pixels(self.image_file(camera, size).data)
+
+    def image_file(self, camera: str | Camera, size: tuple[int, int]) -> m.ImageFile:
+        """Return an image as a PNG file, with its time; arguments and errors as :meth:`image`."""
+        if isinstance(camera, Camera):
+            raise InvalidArgumentError(
+                f"an owner has the cameras {', '.join(CAMERAS)}; give the name of one of them"
+            )
+        camera_of(camera)
+        width, height = checked_size(size)
+        asked = m.GetImage(camera=camera, width=width, height=height)
+        file: m.ImageFile = self._ask(asked, m.ImageFile)
+        return file
 
     def push(self, name: str, force: Sequence[float], duration: float = 0.1) -> None:
         self._disturb(

@@ -135,7 +135,7 @@ class Robot(ArmMethods):
             controllers_fed: Whether the joints' controllers get 5 V from elsewhere and stay on
                 without the supply of the arm, as on no existing arm.
             world: Table, walls, nests and labware around the arm, or the file that has them: the
-                gripper grips and drops, the arm is stopped by what it hits, and plans keep clear of
+                gripper grips and drops, a collision stops the arm, and plans keep clear of
                 them. Needs the physics engine of ``bioscara[physics]``.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.

@@ -9,6 +9,7 @@ from typing import Any
 from bioscara.arguments import text
 from bioscara.errors import InvalidArgumentError, NotSupportedError
 from bioscara.physics.bodies import BodyPose, BodyShape
+from bioscara.physics.camera import SIZE, Camera, Image
 from bioscara.spelling import did_you_mean
 
 
@@ -52,6 +53,27 @@ class SimulatedWorld(ABC):
         names = [pose.name for pose in poses]
         hint = did_you_mean(name, names, f"there are {', '.join(names)}")
         raise InvalidArgumentError(f"there is no body {name!r} in the world; {hint}")
+
+    @abstractmethod
+    def image(self, camera: str | Camera = "front", size: tuple[int, int] = SIZE) -> Image:
+        """Return an image of arm and bodies as they are now; the arm does not wait for it.
+
+        It is drawn in the thread of the caller, or in a process of the owner, from a copy of the
+        positions. The first one takes about 0.2 s longer, of an owner 1 s.
+
+        Args:
+            camera: Name of a camera, ``"front"``, ``"side"``, ``"top"`` or ``"wrist"``; of an arm
+                of this process also a :class:`bioscara.physics.camera.Camera`.
+            size: Width and height, 16 to 2048 pixels each.
+
+        Returns:
+            Red, green and blue of each pixel, rows from the top, shape (height, width, 3), uint8.
+
+        Raises:
+            InvalidArgumentError: The size is outside its range, or the camera is unknown.
+            NotSupportedError: The extra ``physics-view`` is missing where the arm is simulated, or
+                a library of the system that draws without a screen.
+        """
 
     @abstractmethod
     def push(self, name: str, force: Sequence[float], duration: float = 0.1) -> None:

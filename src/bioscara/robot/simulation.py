@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from bioscara.errors import InvalidArgumentError, LifecycleError, NotSupportedError
 from bioscara.physics.bodies import BodyPose, BodyShape
+from bioscara.physics.camera import SIZE, Camera, Image
+from bioscara.physics.stills import image_of, still_of
 from bioscara.physics.world import PhysicsWorld, WorldSnapshot
 from bioscara.robot.arm import Arm
 from bioscara.robot.simulated_world import SimulatedWorld
@@ -61,6 +63,10 @@ class Simulation(SimulatedWorld):
     @property
     def poses(self) -> tuple[BodyPose, ...]:
         return self._aside("simulation.poses", self._world.poses)
+
+    def image(self, camera: str | Camera = "front", size: tuple[int, int] = SIZE) -> Image:
+        still = self._aside("simulation.image()", lambda: still_of(self._world))
+        return image_of(still, camera, size)
 
     def push(self, name: str, force: Sequence[float], duration: float = 0.1) -> None:
         self._aside("simulation.push()", lambda: self._world.push(name, force, duration))

@@ -18,7 +18,9 @@ from std_msgs.msg import String
 
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, ConfigurationError, HardwareError, OwnerLostError
+from bioscara.physics.camera import View
 from bioscara.remote.remote_robot import RemoteRobot
+from bioscara.ros.arm.camera_images import CameraImages
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm.robot_frames import DESCRIPTION, LATCHED, RobotFrames
 from bioscara.ros.arm.world_frames import WorldFrames
@@ -51,6 +53,7 @@ class ControllerManagerNode:
         arm: Name of the owner.
         arguments: Arguments of ROS: ``--ros-args`` and the words after it.
         description: The robot description where no parameter has one; empty to wait for the topic.
+        view: Camera and size of images of the simulated world; None for none.
 
     Attributes:
         node: The node.
@@ -60,7 +63,9 @@ class ControllerManagerNode:
             used.
     """
 
-    def __init__(self, arm: str, arguments: Sequence[str], description: str = "") -> None:
+    def __init__(
+        self, arm: str, arguments: Sequence[str], description: str = "", view: View | None = None
+    ) -> None:
         self._context = rclpy.Context()
         try:
             rclpy.init(
@@ -88,6 +93,9 @@ class ControllerManagerNode:
         self._bridge: Bridge | None = None
         self._frames: RobotFrames | None = None
         self._world = WorldFrames(self.node, self._time)
+        self._images: CameraImages | None = None
+        if view is not None:
+            self._images = CameraImages(self.node, self._time, self._owner, view)
         self._loaded: LoadedControllers | None = None
         self._observation: Observation | None = None
         self._description: RobotDescription | None = None
@@ -121,6 +129,8 @@ class ControllerManagerNode:
         """
         self._spinning.start()
         self._owner.start(None if process is None else process.pid)
+        if self._images is not None:
+            self._images.start()
         try:
             for number in itertools.count(1):
                 if ended() or not self._context.ok():
@@ -299,6 +309,8 @@ class ControllerManagerNode:
             except BioscaraError as error:
                 self._log.error(f"the controllers were not unloaded: {error}")
             self._loaded.close()
+        if self._images is not None:
+            self._images.close()
         self._owner.close()
         # In this order ROS informs the others that the node has ended; a program that only exits is
         # taken to be there for 20 s more.

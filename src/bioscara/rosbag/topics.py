@@ -65,6 +65,10 @@ _DEFINITIONS = {
         "string function\nuint32 line\n",
     ),
     "std_msgs/msg/String": ("string data\n",),
+    "sensor_msgs/msg/CompressedImage": (
+        "std_msgs/Header header\nstring format\nuint8[] data\n",
+        _HEADER,
+    ),
     "visualization_msgs/msg/MarkerArray": (
         "visualization_msgs/Marker[] markers\n",
         "MSG: visualization_msgs/Marker\nstd_msgs/Header header\nstring ns\nint32 id\n"
@@ -115,6 +119,7 @@ class Topic(StrEnum):
     BODY_LIST = ("/body_list", "std_msgs/msg/String", True)
     BODIES = ("/bodies", "visualization_msgs/msg/MarkerArray", True)
     WORLD = ("/world", "std_msgs/msg/String", False)
+    IMAGE = ("/camera/image/compressed", "sensor_msgs/msg/CompressedImage", False)
     PARAMETERS = ("/parameters", "std_msgs/msg/String", True)
     ROBOT_DESCRIPTION = ("/robot_description", "std_msgs/msg/String", True)
 

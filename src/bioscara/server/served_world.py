@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 from bioscara.api import messages as m
 from bioscara.errors import InvalidArgumentError
+from bioscara.physics.camera import camera_of, checked_size
+from bioscara.physics.stills import still_of
 from bioscara.physics.world import PhysicsWorld
 from bioscara.printing import printable
 from bioscara.robot.runner import Runner
 from bioscara.robot.simulation import world_of
+from bioscara.server.channel.channel_messages import WorldStill
 from bioscara.server.clients.client import Client, Later
 from bioscara.server.controllers.requests import Handler
 from bioscara.server.state.world_sampling import WorldSampler
@@ -44,6 +48,7 @@ class ServedWorld:
         self.handlers: dict[type[m.Command], Handler] = {
             m.GetBodies: lambda *_: self._ask(lambda sampler: sampler.bodies),
             m.GetWorld: lambda *_: self._ask(lambda sampler: sampler.sample(*self._last)),
+            m.GetImage: self._image,
             **dict.fromkeys(_DISTURBANCES, self._disturb),
         }
 
@@ -68,6 +73,19 @@ class ServedWorld:
         if sampler is None:
             world_of(self._runner.arm)
         return self._aside(lambda: work(sampler))  # type: ignore[arg-type]  # refused else
+
+    def _image(self, _: Client, command: m.GetImage, __: int) -> Later:
+        """Return a copy to draw in another process: here it would delay the loop."""
+        world = world_of(self._runner.arm)
+        camera_of(command.camera)
+        checked_size((command.width, command.height))
+
+        def work() -> WorldStill:
+            still, time = self._runner.aside("an image", lambda: (still_of(world), self._last[1]))
+            state = pickle.dumps((still.positions, still.rotations))
+            return WorldStill(time, pickle.dumps(still.model), state)
+
+        return Later(work)
 
     def _disturb(self, client: Client, command: m.Disturbance, _: int) -> Later:
         world = world_of(self._runner.arm)

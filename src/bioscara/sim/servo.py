@@ -53,7 +53,7 @@ class SimulatedServo:
 
     @property
     def output(self) -> tuple[str, ...]:
-        """What is written to the output: period, duty cycle and whether it is enabled."""
+        """Values of the output: period, duty cycle and whether it is enabled."""
         return tuple((self._channel / name).read_text() for name in _FILES)
 
     @output.setter

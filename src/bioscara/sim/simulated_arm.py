@@ -168,7 +168,7 @@ class SimulatedArm:
         """Surround the arm by bodies that another simulator computes.
 
         ``step`` is called at each multiple of 1.024 ms of the arm's time, also during transactions.
-        What it raises is raised once that time has passed, and the arm then has no world.
+        An exception of it is raised once that time has passed, and the arm then has no world.
 
         Args:
             position: Receives the positions of the joints a slice ago [rad or m], shape (4,).
@@ -206,7 +206,7 @@ class SimulatedArm:
         return self._arm.velocity(self._number(joint))
 
     def load_inertia(self, joint: str) -> float:
-        """Return what the torque or force on a joint's load accelerates [kg m^2 or kg]."""
+        """Return the inertia that the torque on a joint's load accelerates [kg m^2, kg for j2]."""
         return self._arm.load_inertia(self._number(joint))
 
     def field(self, joint: str) -> float:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import bioscara.cli
 import bioscara.sim
 from bioscara.bus import Bus, Direction, FaultyBus, Transaction, When
 from bioscara.cli import main
@@ -28,6 +29,7 @@ from served import HALF, NAME, arm_served
 DATA = Path(__file__).parents[2] / "data"
 PTP = str(DATA / "planned_pilz_ptp.yaml")
 TOO_FAST = str(DATA / "planned_time_optimal.yaml")
+SWING = str(Path(bioscara.cli.__file__).with_name("demo.csv"))
 LIMITS = {joint.name: joint for joint in load_parameters().joints}
 
 Wire = Callable[[Callable[[SimulatedArm], Bus]], None]
@@ -227,7 +229,7 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
         return CtrlC(faulty, register, count)
 
     wire(make)
-    status, out, err = said("demo --out", str(tmp_path))
+    status, out, err = said("run", SWING, "--out", str(tmp_path))
     assert status == 130
     assert len(err.splitlines()) == 1
     assert "interrupted" in err

@@ -15,11 +15,15 @@ from pathlib import Path
 
 import pytest
 
+import bioscara.cli
+from bioscara.physics import engine
 from bioscara.planning import read
 from bioscara.report import Phase
 from cli.said import Said
 from programs import wait_for_line
 
+SWING = str(Path(bioscara.cli.__file__).with_name("demo.csv"))
+"""A trajectory of 16 s."""
 TOO_FAST = str(Path(__file__).parents[2] / "data/planned_time_optimal.yaml")
 
 
@@ -42,13 +46,31 @@ def assert_complete(folder: Path, outcome: str) -> None:
     assert data
     json.loads(data[1])
     assert samples(folder)
-    assert read(folder / "trajectory.csv").trajectory.duration > 0.0
+    if (folder / "trajectory.csv").exists():
+        assert read(folder / "trajectory.csv").trajectory.duration > 0.0
     assert not list(folder.glob("partial-*"))
 
 
-def test_the_demo_homes_follows_and_reports(tmp_path: Path, said: Said) -> None:
+def test_the_demo_carries_a_plate_and_reports(tmp_path: Path, said: Said) -> None:
+    out = said.output("demo --fast --out", str(tmp_path))
+    assert "the plate was held in the air" in out
+    placed = re.search(r"placed (\d\.\d\d) mm from its place in nest b", out)
+    assert placed
+    assert float(placed[1]) < 1.0
+    assert_complete(tmp_path, "completed")
+    times = [float(row["trajectory_time"]) for row in samples(tmp_path) if row["trajectory_time"]]
+    assert times == sorted(times)
+
+
+def test_without_the_physics_engine_the_demo_follows_a_trajectory(
+    tmp_path: Path, said: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engine, "is_installed", lambda: False)
     out = said.output("demo --out", str(tmp_path))
     assert "arm: simulation, in this process" in out
+    assert "note: without the physics engine" in out
+    assert "bioscara[physics]" in out
+    assert (tmp_path / "trajectory.csv").exists()
     assert_complete(tmp_path, "completed")
     rows = samples(tmp_path)
     assert {row["phase"] for row in rows} == {"homing", "approach", "trajectory", "settling"}
@@ -60,14 +82,21 @@ def test_the_demo_homes_follows_and_reports(tmp_path: Path, said: Said) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "marker"), [(("--realtime",), "homing j2"), ((), "  approach"), ((), "  trajectory")]
+    ("words", "marker"),
+    [
+        (("demo", "--realtime"), "homing j2"),
+        (("demo",), "carrying it"),
+        (("run", SWING), "  approach"),
+        (("run", SWING), "  trajectory"),
+    ],
+    ids=["homing", "carrying", "approach", "trajectory"],
 )
 def test_ctrl_c_in_each_phase_stops_and_reports(
     words: tuple[str, ...], marker: str, start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
     demos = {
         number: start(
-            "-m", "bioscara", "demo", "--out", str(tmp_path / number.name), *words,
+            "-m", "bioscara", *words, "--out", str(tmp_path / number.name),
             stderr=subprocess.PIPE,
         )
         for number in (signal.SIGINT, signal.SIGTERM)
@@ -138,7 +167,7 @@ def run_unpaced(*words: str, **options: object) -> subprocess.CompletedProcess[s
 
 
 def test_a_disk_that_fills_up_stops_the_recording_and_not_the_arm(tmp_path: Path) -> None:
-    done = run_unpaced("demo", "--out", str(tmp_path), preexec_fn=limited_to(50_000))
+    done = run_unpaced("run", SWING, "--out", str(tmp_path), preexec_fn=limited_to(50_000))
     assert done.returncode == 1
     assert "recording stopped, the motion goes on" in done.stdout
     assert re.search(r"^  outcome +completed", (tmp_path / "report.txt").read_text(), re.M)
@@ -151,7 +180,7 @@ def test_a_disk_that_fills_up_stops_the_recording_and_not_the_arm(tmp_path: Path
 def test_a_closed_pipe_stops_nothing(tmp_path: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    done = run_unpaced("demo", "--out", str(tmp_path), stdout=writing)
+    done = run_unpaced("run", SWING, "--out", str(tmp_path), stdout=writing)
     os.close(writing)
     assert done.returncode == 1
     assert done.stderr == ""
@@ -160,7 +189,7 @@ def test_a_closed_pipe_stops_nothing(tmp_path: Path) -> None:
 
 def test_output_that_cannot_be_written_is_reported_at_the_end(tmp_path: Path) -> None:
     with open("/dev/full", "w") as full:
-        done = run_unpaced("demo", "--out", str(tmp_path), stdout=full)
+        done = run_unpaced("run", SWING, "--out", str(tmp_path), stdout=full)
     assert done.returncode == 1
     assert done.stderr.splitlines() == [
         "bioscara: the output cannot be written: No space left on device"

@@ -318,7 +318,7 @@ def test_every_scene_is_read_as_it_was_saved(
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("version: 1", "version: 2", r"line 1: version: 2 cannot be read.*reads 1"),
+        ("version: 1", "version: 3", r"line 1: version: 3 cannot be read.*reads 1"),
         ("margin: 0.005\n", "", "margin is missing"),
         ("margin: 0.005", "margin: 0", r"line 3: margin: 0 is outside 0\.001 \.\. 0\.1 m"),
         ("margin: 0.005", "margin: .nan", "line 3: margin: nan is outside"),

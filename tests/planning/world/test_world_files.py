@@ -1,4 +1,4 @@
-"""World files: what is written is read, planned for and described to editors."""
+"""World files: written ones are read, planned for and described to editors."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def require_planned(world: World) -> None:
             assert (zone.yaw, zone.low) == (shape.yaw, shape.low)
             plan = [zone.x, zone.y, zone.half_x, zone.half_y]
             assert plan == pytest.approx([shape.x, shape.y, shape.half_x, shape.half_y])
-            # A load may go between guides, and over the edge of what it is stacked on.
+            # A load may go between guides, and over the edge of the plate below.
             top = body.top if not hasattr(body, "upper") else shape.high
             assert zone.high == pytest.approx(top)
             if isinstance(body, Item):

@@ -2,7 +2,7 @@
 
 export type FromClient = ClientHello | ClientRequest | Received | Leave;
 
-export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | PushBody | TiltBody | AddObstacle | TakeAway | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetBodies | GetWorld | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | PushBody | TiltBody | AddObstacle | TakeAway | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetBodies | GetWorld | GetImage | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
 export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | EnableGripper | DisableGripper | Enable | Disable | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Follow | Execute | Jog | SetScene | SetTable;
 
@@ -10,7 +10,7 @@ export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircu
 
 export type FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | WorldSample | Event | GoalCycle;
 
-export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | BodyList | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample | WorldSample;
+export type AnyResult = Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | BodyList | ImageFile | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample | WorldSample;
 
 export interface Accepted {
   kind: "accepted";
@@ -115,7 +115,7 @@ export interface ClientHello {
 export interface ClientRequest {
   kind: "request";
   id: number;
-  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | PushBody | TiltBody | AddObstacle | TakeAway | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetBodies | GetWorld | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
+  command: Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | PushBody | TiltBody | AddObstacle | TakeAway | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetBodies | GetWorld | GetImage | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
   epoch?: number | null;
 }
 
@@ -390,6 +390,13 @@ export interface GetHistory {
   points?: number;
 }
 
+export interface GetImage {
+  kind: "get_image";
+  camera?: string;
+  width?: number;
+  height?: number;
+}
+
 export interface GetIntrospection {
   kind: "get_introspection";
   thresholds?: Record<string, number>;
@@ -580,6 +587,13 @@ export interface HomingParameters {
 export interface HomingSettings {
   timeout: number;
   max_travel_share: number;
+}
+
+export interface ImageFile {
+  kind: "image_file";
+  time: number;
+  camera: string;
+  data: string;
 }
 
 export interface InterfaceValue {
@@ -914,7 +928,7 @@ export interface RequestFailed {
 export interface Response {
   kind: "response";
   id: number;
-  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | BodyList | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample | WorldSample;
+  result: Done | NotArrived | Accepted | PlanMade | LeaseState | Description | WorkspaceState | History | SimulationState | BodyList | ImageFile | FaultList | GoalState | GoalList | PointsAdded | GoalTrajectories | Statistics | JointList | ParametersState | ControllerList | FlightRecordList | FlightRecordFile | LogLines | Switched | HardwareState | ControllerGoal | DesiredState | Introspection | StateSample | WorldSample;
 }
 
 export interface Resume {

@@ -18,7 +18,7 @@ from bioscara.planning.world.bodies import Item, Nest, Table, Wall
 from bioscara.spelling import did_you_mean
 
 TOLERANCE = 5e-4
-"""How deep a body may be in another one, and how far labware may be above what it stands on [m]."""
+"""How deep a body may be in another one, and how far labware may be above the body below it [m]."""
 _TAKEN = (*LINKS, "base", "base_link", "table", "left jaw", "right jaw")
 """Names that the arm and the table have."""
 
@@ -92,7 +92,7 @@ def _support(
     nests: Sequence[Nest],
     items: Sequence[Item],
 ) -> str | Conflict:
-    """Return the name of what an item stands on."""
+    """Return the name of the body below an item."""
     supports = [_Support(nest.name, nest.z, nest.room) for nest in nests]
     supports += [_Support(each.name, each.top, each.shape) for each in items if each is not item]
     if item.on is not None:

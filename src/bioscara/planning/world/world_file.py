@@ -5,7 +5,7 @@ A scene file, version 1, is a world without bodies.
     version: 2
     margin: 0.005                # m
     table: {height: 0.0, lower: [-0.7, -0.7], upper: [0.7, 0.7]}    # null where there is none
-    labware_files: []            # own labware, beside this file
+    labware_files: []            # own labware, in the folder of this file
     zones: []                    # as in version 1
     walls:
       - {name: back, lower: [-0.7, -0.7, 0.0], upper: [-0.69, 0.7, 0.4]}
@@ -19,7 +19,7 @@ A scene file, version 1, is a world without bodies.
       - {name: plate, kind: microplate_96, place: a}
       - {name: lid, kind: corning_96_lid, x: 0.3, y: 0.0, z: 0.0, mass: 0.012}
 
-All but version, margin and table may be left out.
+Version, margin and table are required.
 """
 
 from __future__ import annotations
@@ -270,7 +270,7 @@ class _Reading:
                 yield nest
 
     def _items(self, nests: dict[str, Nest]) -> list[Item]:
-        """Return the labware, what is below before what stands on it."""
+        """Return the labware, each piece after the one below it."""
         kinds = self._kinds()
         waiting: dict[Location, Piece] = {}
         for key, pieces in (("stacks", self._written.stacks), ("labware", self._written.labware)):
@@ -313,7 +313,7 @@ class _Reading:
         return labware_table(*files)
 
     def _made(self, place: Location, name: str, bodies: Iterator[Body]) -> Iterator[Body]:
-        """Yield the bodies of an entry; refuse what follows from it, as a height in a stack."""
+        """Yield the bodies of an entry; refuse derived values, as a height in a stack."""
         try:
             yield from bodies
         except ConfigurationError as error:

@@ -130,7 +130,7 @@ class ReplayedArm:
             for each in messages(path, FileScan(), set(_JSON))
         ]
         self._next_said = 0
-        # What was first asked for after the first sample holds for the time before it, too.
+        # A value first asked for after the first sample holds for the time before it, too.
         self._latest: dict[type[Any], Any] = {
             type(message): message
             for _, message in reversed(self._said)

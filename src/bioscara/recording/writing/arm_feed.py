@@ -14,12 +14,15 @@ import msgspec
 from bioscara.api import messages as m
 from bioscara.api.values import joined_parts
 from bioscara.errors import BioscaraError, OwnerLostError, ProtocolError
+from bioscara.physics.camera import View
 from bioscara.remote.link import OwnerLink
 
 R = TypeVar("R", bound=m.Result)
 
 STATISTICS_PERIOD = 10.0
 """Time between two questions for the statistics [s]."""
+IMAGE_PERIOD = 0.25
+"""Time between two questions for an image [s]."""
 _PATIENCE = 2.0
 """Time in which the owner has to send the rest at the end [s]."""
 _QUESTIONS: dict[str, m.AnyCommand] = {
@@ -34,6 +37,7 @@ FeedItem = (
     m.StateSample
     | m.WorldSample
     | m.BodyList
+    | m.ImageFile
     | m.Event
     | m.Statistics
     | m.FaultList
@@ -49,6 +53,7 @@ class ArmFeed:
 
     Args:
         arm: Name of the owner.
+        view: Camera and size of images of its world; None for none.
 
     Attributes:
         welcome: The owner's greeting.
@@ -62,11 +67,15 @@ class ArmFeed:
         BioscaraError: It refuses to answer.
     """
 
-    def __init__(self, arm: str) -> None:
+    def __init__(self, arm: str, view: View | None = None) -> None:
         self._items: deque[FeedItem] = deque()
         self._questions: queue.SimpleQueue[m.AnyCommand | None] = queue.SimpleQueue()
         self._last_event = 0
         self._bodies = 0
+        self._image: m.GetImage | None = None
+        if view is not None:
+            width, height = view.size
+            self._image = m.GetImage(camera=view.camera, width=width, height=height)
         self.lost = ""
         # All events that the owner keeps: also those since an earlier recorder was killed.
         self._link = OwnerLink(arm, self._receive, self._owner_lost, events_after=0)
@@ -80,6 +89,9 @@ class ArmFeed:
                 self._answer(m.GetWorkspace(), m.WorkspaceState),
                 self._answer(m.GetFaults(), m.FaultList),
             )
+            if self._image is not None:
+                # Refused here, rather than never there.
+                self._answer(self._image, m.ImageFile)
             self._link.subscribe(states=True)
             self._link.subscribe_to_world()
         except BaseException:
@@ -140,12 +152,20 @@ class ArmFeed:
         self._questions.put(None)
 
     def _run(self) -> None:
-        due = time.monotonic()
+        regular: list[tuple[m.GetStatistics | m.GetImage, float]] = [
+            (m.GetStatistics(), STATISTICS_PERIOD)
+        ]
+        if self._image is not None:
+            regular.append((self._image, IMAGE_PERIOD))
+        dues = dict.fromkeys(range(len(regular)), time.monotonic())
         while True:
+            which = min(dues, key=dues.__getitem__)
+            command: m.AnyCommand | None
             try:
-                command = self._questions.get(timeout=max(due - time.monotonic(), 0.0))
+                command = self._questions.get(timeout=max(dues[which] - time.monotonic(), 0.0))
             except queue.Empty:
-                command, due = m.GetStatistics(), time.monotonic() + STATISTICS_PERIOD
+                command, period = regular[which]
+                dues[which] = time.monotonic() + period
             if command is None:
                 return
             # A goal may be forgotten, or the owner be lost: then there is nothing to record.

@@ -18,6 +18,7 @@ from bioscara.recording.writing.arm_feed import ArmFeed, FeedItem
 from bioscara.recording.writing.folder import RESERVE, RecordingFolder
 from bioscara.recording.writing.rare_messages import (
     event_message,
+    image_message,
     trajectory_message,
     transforms_message,
 )
@@ -174,6 +175,9 @@ class OwnerRecorder:
                 self._messages.jaws = self._world.width
             case m.BodyList():
                 self._add_all(self._world.begin(item, self._stamp), self._stamp)
+            case m.ImageFile():
+                stamp = self._time.stamp(item.time)
+                self._add(Topic.IMAGE, image_message(item, stamp), stamp)
             case m.Event():
                 self._write_event(item)
             case m.GoalTrajectories():

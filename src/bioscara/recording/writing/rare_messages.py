@@ -1,10 +1,10 @@
-"""Messages that come rarely: events, trajectories and fixed transforms."""
+"""Messages that come rarely: events, trajectories, fixed transforms and images."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bioscara.api.messages import Event, TrajectoryValue
+from bioscara.api.messages import Event, ImageFile, TrajectoryValue
 from bioscara.hardware.link_frames import Transform
 from bioscara.rosbag.cdr import CdrMessage, put_stamp
 from bioscara.rosbag.joint_states import rounded
@@ -56,6 +56,21 @@ def trajectory_message(trajectory: TrajectoryValue, frame: str, stamp: int) -> b
         for rows in (trajectory.positions, trajectory.velocities, trajectory.accelerations, None):
             message.double_sequence(() if rows is None else rounded(rows[index]))
         message.stamp(round(time * _SECOND))
+    return bytes(message.data)
+
+
+def image_message(image: ImageFile, stamp: int) -> bytes:
+    """Return an image as a sensor_msgs/CompressedImage.
+
+    Args:
+        image: The image; its frame is the name of the camera.
+        stamp: Its time [ns].
+    """
+    message = CdrMessage()
+    put_stamp(message.data, message.header(image.camera), stamp)
+    message.string("png")
+    message.uint32(len(image.data))
+    message.data += image.data
     return bytes(message.data)
 
 

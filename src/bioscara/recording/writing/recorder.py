@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 from bioscara.errors import OwnerLostError, RecordingError
+from bioscara.physics.camera import View
 from bioscara.recording.writing.arm_feed import ArmFeed
 from bioscara.recording.writing.folder import RecordingFolder
 from bioscara.recording.writing.owner_recorder import FileLimits, OwnerRecorder
@@ -22,6 +23,7 @@ def record(
     limits: FileLimits,
     ended: Callable[[], bool],
     announce: Callable[[str], object],
+    view: View | None = None,
 ) -> None:
     """Record an arm until ``ended``; while it has no owner, wait for one.
 
@@ -31,6 +33,7 @@ def record(
         limits: When the next file begins.
         ended: Returns whether to end.
         announce: Receives a sentence on each file, and on an owner that is missing.
+        view: Camera and size of images of its world; None for none.
 
     Raises:
         RecordingError: The disk is full or cannot be written; an event reports it to all clients.
@@ -39,7 +42,7 @@ def record(
     waiting = ""
     while not ended():
         try:
-            feed = ArmFeed(arm)
+            feed = ArmFeed(arm, view)
         except OwnerLostError as error:
             if str(error) != waiting:
                 waiting = str(error)

@@ -129,8 +129,8 @@ class Answered(ChannelMessage, frozen=True, tag="answered"):
 
     Attributes:
         id: Number of the answer.
-        result: The result: one of :data:`m.AnyResult`, or :class:`PlanningStart` or
-            :class:`GoalPaths`.
+        result: The result: one of :data:`m.AnyResult`, or :class:`PlanningStart`,
+            :class:`GoalPaths` or :class:`WorldStill`.
     """
 
     id: int
@@ -173,6 +173,21 @@ class GoalPaths(ChannelMessage, frozen=True, tag="paths"):
     paths: bytes
 
 
+class WorldStill(ChannelMessage, frozen=True, tag="still"):
+    """A simulated world at one time, to be drawn.
+
+    Attributes:
+        time: On the arm's clock [s].
+        model: The engine's model, as :func:`pickle.dumps` makes it.
+        state: Positions of joints and rotations of bodies, of
+            :class:`bioscara.physics.stills.Still`, likewise.
+    """
+
+    time: float
+    model: bytes
+    state: bytes
+
+
 class Record(ChannelMessage, frozen=True, tag="record"):
     """A record of a control cycle for the client of a session."""
 
@@ -206,7 +221,7 @@ class End(ChannelMessage, frozen=True, tag="end"):
 
 FromOwnerProcess = Begin | Answered | Refused | Record | EventAdded | NewSample | End
 
-Internal = PlanningStart | GoalPaths
+Internal = PlanningStart | GoalPaths | WorldStill
 """Results that no client gets as they are."""
 
 from_api: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromApi)

@@ -35,6 +35,8 @@ _PLANNING, _READING = 30.0, 5.0
 _WORKERS, _MEMORY, _NICE = 2, 256, 10
 """Processes for the questions of all clients, the memory of a question [MiB], and how far they give
 way to the control loop."""
+_DRAWN = 1024
+"""Memory of an image [MiB]."""
 _EACH, _MOST = 8, 64
 """Questions of a client and of all that wait for a worker."""
 _SLOW = 5.0
@@ -89,6 +91,10 @@ class OwnerProxy(asyncio.Protocol):
         self._pool = WorkerPool(
             "bioscara-query", _WORKERS, memory=_MEMORY, nice=_NICE, each=_EACH, most=_MOST
         )
+        # Apart: the first image of a process takes a second.
+        self._drawing = WorkerPool(
+            "bioscara-image", 1, memory=_DRAWN, nice=_NICE, each=_EACH, most=_MOST
+        )
         self._uploads = TrajectoryUploads()
         self._plans: OrderedDict[int, bytes] = OrderedDict()
         self._plan_numbers = itertools.count(1)
@@ -100,6 +106,7 @@ class OwnerProxy(asyncio.Protocol):
             m.StopAll: self._stop,
             m.MakePlan: self._plan,
             m.GetTrajectories: self._trajectories,
+            m.GetImage: self._image,
             m.AddPoints: self._add_points,
             m.GetHistory: lambda client, command: self._computed(
                 client, work.history, self._memory, command
@@ -198,6 +205,7 @@ class OwnerProxy(asyncio.Protocol):
     async def close(self) -> None:
         """End them."""
         await self._pool.close()
+        await self._drawing.close()
 
     # The interface of an arm for the socket of the clients.
 
@@ -354,6 +362,14 @@ class OwnerProxy(asyncio.Protocol):
         return await self._computed(
             client, work.trajectories, command.goal, paths.points, paths.paths
         )
+
+    async def _image(self, client: ConnectedClient, command: m.GetImage) -> Encoded:
+        data = await self._asked_once(client.session, command)
+        still: c.WorldStill = c.internal.decode(data)
+        image = await self._drawing.run(
+            client.session, _PLANNING, work.image, command, still, client.json
+        )
+        return Encoded(image)
 
     async def _stop(self, client: ConnectedClient, _: m.StopAll) -> m.AnyResult:
         """Pass a STOP on: the first at once, those in the cycle after it as one."""

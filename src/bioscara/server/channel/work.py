@@ -12,14 +12,16 @@ import pickle
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from bioscara.api import framing, messages as m
 from bioscara.api.values import Columns, columns_value, joined_parts, trajectory_part
+from bioscara.physics.camera import png
+from bioscara.physics.stills import Still, image_of
 from bioscara.robot.planner import Planner, planned_here
 from bioscara.robot.tasks.motions import Motion
 from bioscara.robot.workspace.workspace import Workspace
-from bioscara.server.channel.channel_messages import SHOWN
+from bioscara.server.channel.channel_messages import SHOWN, WorldStill
 from bioscara.server.state.history import StateHistory
 from bioscara.server.state.queries import flight_record, flight_records
 
@@ -98,6 +100,28 @@ def history(
     """
     kept = _history(*memory)
     return encoded(kept.between(command.begin, command.end, command.points), json)
+
+
+@lru_cache(maxsize=1)
+def _model(data: bytes) -> Any:
+    return pickle.loads(data)  # noqa: S301  of our process
+
+
+def image(command: m.GetImage, still: WorldStill, json: bool) -> bytes:
+    """Return the answer with an image.
+
+    Args:
+        command: The question.
+        still: What is drawn.
+        json: Whether the client has JSON.
+
+    Raises:
+        NotSupportedError: Nothing can be drawn here.
+    """
+    positions, rotations = pickle.loads(still.state)  # noqa: S301  of our process
+    world = Still(_model(still.model), positions, rotations)
+    drawn = image_of(world, command.camera, (command.width, command.height))
+    return encoded(m.ImageFile(time=still.time, camera=command.camera, data=png(drawn)), json)
 
 
 def flight_record_list(folder: str, json: bool) -> bytes:

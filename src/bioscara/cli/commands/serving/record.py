@@ -73,6 +73,12 @@ def _add_start(start: Parser) -> None:
         help=f"name of the arm (default: ${ARM_VARIABLE}, else {DEFAULT})",
     )
     share(start, "--out", default=RECORDINGS, help="folder of the files (default recordings)")
+    share(
+        start,
+        "--camera",
+        help="record images of the simulated world, four a second: front, side, top or wrist, with "
+        "640x480 pixels if no size is given; the owner needs bioscara[physics-view]",
+    )
     start.add_argument(
         "--max-size",
         metavar="SIZE",
@@ -150,7 +156,7 @@ def _start(options: Options, output: Output) -> ExitStatus:
     limits = FileLimits(options.max_size, options.max_time)
     with StopRequest() as ended:
         try:
-            record(arm, folder, limits, ended, output.line)
+            record(arm, folder, limits, ended, output.line, options.camera)
         except RecordingError as error:
             # Not refused: it did record.
             complain(str(error))

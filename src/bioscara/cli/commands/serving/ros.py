@@ -37,6 +37,12 @@ def arguments(parser: Parser) -> None:
         "using that of another owner; it is named as --arm says, else 'arm'",
     )
     share(parser, "--homed")
+    share(
+        parser,
+        "--camera",
+        help="publish images of the simulated world of the owner, four a second: front, side, top "
+        "or wrist, with 640x480 pixels if no size is given",
+    )
     parser.checks.append(_check_arm)
 
 
@@ -87,7 +93,7 @@ def run(options: Options, output: Output) -> None:  # noqa: ARG001
             bringup = Path(owner_process.__file__).with_name("bringup.yaml")
             arguments = ["--ros-args", "--params-file", str(bringup)]
             description = own_description()
-        node = ControllerManagerNode(arm, arguments, description)
+        node = ControllerManagerNode(arm, arguments, description, options.camera)
         process = None
         if options.bus:
             rate = node.parameter("update_rate")
