@@ -123,15 +123,15 @@ def test_replay_shows_the_bodies(made: Made) -> None:
     assert isinstance(listed, m.BodyList)
     assert "spare" in [body.name for body in listed.bodies]
     arm.announce("client", "", "")
-    highest, seen = 0.0, dict[int, set[str]]()
+    highest, known = 0.0, dict[int, set[str]]()
     while not arm.ended:
         arm.step()
         if (shown := arm.world_sample) is not None:
             heights = [pose.z for pose in shown.poses if pose.name == "plate"]
             highest = max([highest, *heights])
             names = {pose.name for pose in shown.poses}
-            assert seen.get(shown.version, set()) <= names  # each has all that have moved
-            seen[shown.version] = names
+            assert known.get(shown.version, set()) <= names  # each has all that have moved
+            known[shown.version] = names
     listed = arm.handle(None, m.GetBodies(), None, 1)  # type: ignore[arg-type]
     sample = arm.handle(None, m.GetWorld(), None, 1)  # type: ignore[arg-type]
     assert (listed, highest > FLOOR + 0.02) == (made.bodies, True)
