@@ -132,6 +132,8 @@ def strategy(kind: Any) -> st.SearchStrategy[Any]:  # noqa: PLR0912  a type each
     elif isinstance(kind, type) and issubclass(kind, msgspec.Struct):
         fields = {field.name: strategy(field.type) for field in msgspec.structs.fields(kind)}
         found = st.builds(kind, **fields)
+    elif isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields"):
+        found = st.builds(kind, *map(strategy, get_type_hints(kind).values()))
     elif origin is tuple and inner[1:] == (Ellipsis,):
         found = st.lists(strategy(inner[0]), max_size=2).map(tuple)
     elif origin is tuple:

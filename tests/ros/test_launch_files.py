@@ -177,7 +177,7 @@ def test_rule_7_what_is_listed_is_known() -> None:
         "pilz_industrial_motion_planner", "python3-yaml", "rcl_interfaces", "rclpy",
         "robot_state_publisher", "ros_gz_bridge", "ros_gz_sim", "rqt_joint_trajectory_controller",
         "rviz2", "rviz_common", "rviz_default_plugins", "sensor_msgs", "std_msgs", "std_srvs",
-        "tf2_msgs", "trajectory_msgs", "xacro",
+        "tf2_msgs", "trajectory_msgs", "visualization_msgs", "xacro",
     }  # fmt: skip
     everything = set().union(*(own(name) for name in NAMES))
     assert everything - {*NAMES, INTERFACES} == known
