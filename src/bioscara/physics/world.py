@@ -235,6 +235,8 @@ class PhysicsWorld:
         end = np.empty(4)
         self._engine.mju_mulQuat(end, level, np.array(about))
         self._coupling.before.append(Tilting(self.model, body.id, end, _TILTING))
+        # For the model that is made when bodies come or go.
+        self._spec.body(name).quat = end.tolist()
 
     def add_obstacle(self, name: str, lower: Sequence[float], upper: Sequence[float]) -> None:
         """Put a fixed box into the world.
@@ -296,9 +298,10 @@ class PhysicsWorld:
         raise InvalidArgumentError(f"there is no body {name!r} in the world; {hint}")
 
     def _recompile(self, shapes: tuple[BodyShape, ...]) -> None:
-        """Use the model as it was changed; bodies that stay keep their state."""
+        """Use the model as it was changed; bodies that stay keep their state, and pushes end."""
         coupling = self._coupling
         model, data = self._spec.recompile(coupling.model, coupling.data)
+        data.xfrc_applied[:] = 0.0
         coupling.servo.bind(model, data)
         self._coupling = Coupling(model, data, coupling.servo)
         self.shapes, self._revision = shapes, object()
@@ -316,19 +319,14 @@ class PhysicsWorld:
     def _touching(self, jaw: str) -> set[str]:
         """Return the names of the bodies that a jaw presses on."""
         model, data, force = self.model, self.data, np.zeros(6)
-        found, number_ = set(), model.body(jaw).id
-        names = {
-            model.body(shape.name).id: shape.name
-            for shape in self.shapes
-            if shape.kind == "labware"
-        }
-        for index in range(data.ncon):
-            bodies = model.geom_bodyid[data.contact[index].geom].tolist()
-            if number_ in bodies:
-                other = bodies[1 - bodies.index(number_)]
-                self._engine.mj_contactForce(model, data, index, force)
-                if other in names and force[0] > 0.0:
-                    found.add(names[other])
+        number_, found = model.body(jaw).id, set()
+        pairs = model.geom_bodyid[data.contact.geom].reshape(-1, 2)
+        labware = {shape.name for shape in self.shapes if shape.kind == "labware"}
+        for index in np.flatnonzero((pairs == number_).any(axis=1)).tolist():
+            name = model.body(int(pairs[index][pairs[index] != number_][0])).name
+            self._engine.mj_contactForce(model, data, index, force)
+            if name in labware and force[0] > 0.0:
+                found.add(name)
         return found
 
     def _check_overlaps(self, name: str = "") -> None:
