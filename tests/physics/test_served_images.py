@@ -11,7 +11,7 @@ import pytest
 
 from bioscara.api import messages as m
 from bioscara.errors import InvalidArgumentError, NotSupportedError
-from bioscara.physics.camera import CAMERAS, View, pixels
+from bioscara.physics.camera import CAMERAS, CameraView, pixels
 from bioscara.recording.writing.arm_feed import IMAGE_PERIOD
 from bioscara.remote import RemoteRobot
 from bioscara.rosbag.topics import Topic
@@ -71,7 +71,7 @@ def test_what_cannot_be_shown_is_refused(served: Served) -> None:
 
 def test_a_recording_has_images_at_their_times(served: Served, tmp_path: Path) -> None:
     del served
-    recording = Recording(tmp_path, PLENTY, 10**12, View("side", SMALL))
+    recording = Recording(tmp_path, PLENTY, 10**12, CameraView("side", SMALL))
     wait_until(lambda: recording.heard("recording "), "a file is begun")
     with RemoteRobot(NAME) as robot:
         robot.gripper.enable()
@@ -94,7 +94,7 @@ def test_a_recording_has_images_at_their_times(served: Served, tmp_path: Path) -
 
 def test_a_recording_of_images_is_refused_without_a_world(tmp_path: Path) -> None:
     with arm_served():
-        recording = Recording(tmp_path, PLENTY, 10**12, View("side", SMALL))
+        recording = Recording(tmp_path, PLENTY, 10**12, CameraView("side", SMALL))
         wait_until(lambda: not recording.running, "the recorder ends")
         assert isinstance(recording.error, NotSupportedError)
         assert "no simulated world" in str(recording.error)

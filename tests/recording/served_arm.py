@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from bioscara import Robot
-from bioscara.physics.camera import View
+from bioscara.physics.camera import CameraView
 from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.recording.writing.folder import RecordingFolder
 from bioscara.recording.writing.owner_recorder import FileLimits
@@ -51,7 +51,7 @@ class Recording:
     """
 
     def __init__(
-        self, folder: Path, limits: FileLimits, keep: int, view: View | None = None
+        self, folder: Path, limits: FileLimits, keep: int, view: CameraView | None = None
     ) -> None:
         self.folder = RecordingFolder(folder, NAME, keep)
         self.said: list[str] = []
@@ -60,7 +60,7 @@ class Recording:
         self._thread = Thread(target=self._run, args=(limits, view))
         self._thread.start()
 
-    def _run(self, limits: FileLimits, view: View | None) -> None:
+    def _run(self, limits: FileLimits, view: CameraView | None) -> None:
         try:
             record(NAME, self.folder, limits, self._ended.is_set, self.said.append, view)
         except Exception as error:  # noqa: BLE001  for the test to see

@@ -11,7 +11,7 @@ from typing import Self
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.files.whole_files import replacing
-from bioscara.physics.camera import View, png
+from bioscara.physics.camera import CameraView, png
 from bioscara.physics.stills import Still, image_of, still_of
 from bioscara.physics.world import PhysicsWorld
 
@@ -32,7 +32,7 @@ class Pictures:
     """
 
     def __init__(
-        self, world: PhysicsWorld, view: View, path: Path, report: Callable[[str], object]
+        self, world: PhysicsWorld, view: CameraView, path: Path, report: Callable[[str], object]
     ) -> None:
         self._world, self._view, self._path, self._report = world, view, path, report
         self._still: Still

@@ -19,7 +19,7 @@ from bioscara.cli.parser import Options, Parser, number, whole_number
 from bioscara.errors import BioscaraError
 
 if TYPE_CHECKING:
-    from bioscara.physics.camera import View
+    from bioscara.physics.camera import CameraView
 
 TOKEN_VARIABLE = "BIOSCARA_TOKEN"  # noqa: S105  the name of the variable
 """Environment variable with the token of a gateway."""
@@ -44,10 +44,10 @@ def _port(text: str) -> int:
     return int(text)
 
 
-def _view(text: str) -> View:
+def _view(text: str) -> CameraView:
     """Return the view in an argument, ``PLACE`` or ``PLACE:WIDTHxHEIGHT``."""
     # Imported here: most commands show nothing.
-    from bioscara.physics.camera import View, camera_of, checked_size  # noqa: PLC0415
+    from bioscara.physics.camera import CameraView, camera_of, checked_size  # noqa: PLC0415
 
     name, colon, pixels = text.partition(":")
     found = re.fullmatch(r"(\d{1,6})x(\d{1,6})", pixels, re.ASCII)
@@ -57,7 +57,11 @@ def _view(text: str) -> View:
         )
     try:
         camera_of(name)
-        return View(name, checked_size((int(found[1]), int(found[2])))) if found else View(name)
+        return (
+            CameraView(name, checked_size((int(found[1]), int(found[2]))))
+            if found
+            else CameraView(name)
+        )
     except BioscaraError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 

@@ -98,7 +98,7 @@ CAMERAS: Mapping[str, Camera] = MappingProxyType(
 """Cameras by name: three that stand, and one on the gripper, above the jaws."""
 
 
-class View(NamedTuple):
+class CameraView(NamedTuple):
     """Camera and size of an image.
 
     Attributes:

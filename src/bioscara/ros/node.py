@@ -18,7 +18,7 @@ from std_msgs.msg import String
 
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, ConfigurationError, HardwareError, OwnerLostError
-from bioscara.physics.camera import View
+from bioscara.physics.camera import CameraView
 from bioscara.remote.remote_robot import RemoteRobot
 from bioscara.ros.arm.camera_images import CameraImages
 from bioscara.ros.arm.description import RobotDescription
@@ -64,7 +64,11 @@ class ControllerManagerNode:
     """
 
     def __init__(
-        self, arm: str, arguments: Sequence[str], description: str = "", view: View | None = None
+        self,
+        arm: str,
+        arguments: Sequence[str],
+        description: str = "",
+        view: CameraView | None = None,
     ) -> None:
         self._context = rclpy.Context()
         try:

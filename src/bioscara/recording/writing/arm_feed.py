@@ -14,7 +14,7 @@ import msgspec
 from bioscara.api import messages as m
 from bioscara.api.values import joined_parts
 from bioscara.errors import BioscaraError, OwnerLostError, ProtocolError
-from bioscara.physics.camera import View
+from bioscara.physics.camera import CameraView
 from bioscara.remote.link import OwnerLink
 
 R = TypeVar("R", bound=m.Result)
@@ -67,7 +67,7 @@ class ArmFeed:
         BioscaraError: It refuses to answer.
     """
 
-    def __init__(self, arm: str, view: View | None = None) -> None:
+    def __init__(self, arm: str, view: CameraView | None = None) -> None:
         self._items: deque[FeedItem] = deque()
         self._questions: queue.SimpleQueue[m.AnyCommand | None] = queue.SimpleQueue()
         self._last_event = 0

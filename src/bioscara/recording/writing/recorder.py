@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from bioscara.errors import OwnerLostError, RecordingError
-from bioscara.physics.camera import View
+from bioscara.physics.camera import CameraView
 from bioscara.recording.writing.arm_feed import ArmFeed
 from bioscara.recording.writing.folder import RecordingFolder
 from bioscara.recording.writing.owner_recorder import FileLimits, OwnerRecorder
@@ -23,7 +23,7 @@ def record(
     limits: FileLimits,
     ended: Callable[[], bool],
     announce: Callable[[str], object],
-    view: View | None = None,
+    view: CameraView | None = None,
 ) -> None:
     """Record an arm until ``ended``; while it has no owner, wait for one.
 

@@ -9,7 +9,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CompressedImage
 
 from bioscara.errors import BioscaraError, OwnerLostError
-from bioscara.physics.camera import View
+from bioscara.physics.camera import CameraView
 from bioscara.ros import messages
 from bioscara.ros.arm_time import ArmTime
 from bioscara.ros.owner import OwnerConnection
@@ -32,7 +32,7 @@ class CameraImages:
         view: Camera and size.
     """
 
-    def __init__(self, node: Any, time: ArmTime, owner: OwnerConnection, view: View) -> None:
+    def __init__(self, node: Any, time: ArmTime, owner: OwnerConnection, view: CameraView) -> None:
         self._node, self._time, self._owner, self._view = node, time, owner, view
         self._publisher = node.create_publisher(CompressedImage, IMAGES, QoSProfile(depth=1))
         self._ended = threading.Event()
