@@ -1,6 +1,6 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
-#   make demo            home the simulated arm and run a planned trajectory
+#   make demo            home the simulated arm and let it carry a plate from one nest to another
 #   make test            the tests in at most 5 minutes of two cores; of those with ROS 2 and of the page in
 #                        a browser a few, where these are installed
 #   make test-all        all tests: these, those that take long, all with ROS 2, which it installs, all of the page in a browser,

@@ -161,6 +161,7 @@ class PhysicsWorld:
         self._coupling.before, self._coupling.after = [], []
         self.model.body_quat[:] = snapshot.tilts
         self._engine.mj_setState(self.model, self.data, snapshot.state, kind)
+        self.data.xfrc_applied[:] = 0.0
         self._coupling.servo.state = snapshot.servo
         allow_sleep(self.model.opt, allowed=False)
         self._engine.mj_kinematics(self.model, self.data)
