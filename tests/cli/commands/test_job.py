@@ -85,7 +85,7 @@ def test_without_the_physics_engine_the_demo_follows_a_trajectory(
     ("words", "marker"),
     [
         (("demo", "--realtime"), "homing j2"),
-        (("demo",), "carrying it"),
+        pytest.param(("demo",), "carrying it", marks=pytest.mark.thorough),
         (("run", SWING), "  approach"),
         (("run", SWING), "  trajectory"),
     ],

@@ -55,7 +55,7 @@ def test_each_event_of_the_owner_is_in_the_recording_once(made: Made) -> None:
 
 def test_every_topic_has_messages_of_its_type(made: Made) -> None:
     types = {each.topic: each.type_name for each in read(made.path)}
-    of_a_world = {Topic.BODIES, Topic.BODY_LIST, Topic.WORLD}
+    of_a_world = {Topic.BODIES, Topic.BODY_LIST, Topic.WORLD, Topic.IMAGE}
     assert types == {topic.value: topic.type_name for topic in set(Topic) - of_a_world}
 
 

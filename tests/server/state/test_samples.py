@@ -73,7 +73,8 @@ def test_no_more_samples_are_sent_than_the_client_confirms() -> None:
         before = served.owner.sample.cycle
         client.send(m.Received(cycle=first[0]))
         third = arrived(client, 3)[2:]
-        assert third[0] >= before
+        # The process that answers clients may be a cycle or two behind.
+        assert third[0] >= before - 2
         assert len(third) == 1
         client.send(m.Received(cycle=third[0]))
         assert len(arrived(client, 5)) == 5
