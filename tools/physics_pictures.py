@@ -13,7 +13,7 @@ from pathlib import Path
 from PIL import Image
 
 from bioscara import Load, Robot
-from bioscara.cli.carry import demo_world
+from bioscara.cli.runs.carry import demo_world
 
 IMAGES = Path(__file__).parents[1] / "docs/images"
 CAMERAS = ("front", "wrist")

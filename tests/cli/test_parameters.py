@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.arguments import OVERLAY_VARIABLE
-from bioscara.cli.job import prepare
+from bioscara.cli.runs.job import prepare
 from bioscara.errors import ZoneError
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene

@@ -1,4 +1,4 @@
-"""The folders that are exported, read by other programs; and those that are refused."""
+"""Exported folders: other programs load them, and unusable ones are refused."""
 
 from __future__ import annotations
 

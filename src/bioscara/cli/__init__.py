@@ -3,11 +3,10 @@
 Begin with ``parser``, whose messages are its own, and ``commands``, of which each has its arguments
 and its action in a module. Groups of arguments that commands share are in ``shared_arguments``. The
 actions share ``opened_arm``, which opens the named arm, ``motion``, which moves it with a live
-display, ``job`` and ``sequence``, which carry a file out, ``target``, which plans the motions of
-``plan`` and ``move``, ``teach_table`` with the poses of ``--table``, ``owner_link`` to a served
-arm, ``signals``, ``terminal`` for jogging by keys and for looking at an arm, ``watch``, which shows
-the demonstration in the browser, ``completion`` of words by the shell, and ``output`` for all that
-is shown and written.
+display, ``runs`` of files and of the demonstration, ``target``, which plans the motions of ``plan``
+and ``move``, ``teach_table`` with the poses of ``--table``, ``owner_link`` to a served arm,
+``signals``, ``terminal`` for jogging by keys and for looking at an arm, ``completion`` of words by
+the shell, and ``output`` for all that is shown and written.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ class Pictures:
             self._taken.set()
 
     def _run(self) -> None:
-        # Of this thread, and of those that OpenGL starts in it.
+        # Lowers the priority of this thread; threads that OpenGL starts inherit it.
         with suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
         complained = False

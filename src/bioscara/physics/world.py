@@ -78,7 +78,7 @@ class PhysicsWorld:
         self, arm: SimulatedArm, servo: SimulatedServo, world: World, parameters: ArmParameters
     ) -> None:
         self._engine = mujoco()
-        self._arm, self._parameters = arm, parameters
+        self._arm = arm
         lengths = parameters.geometry
         geometry = Geometry(lengths.upper_arm, lengths.forearm, lengths.height)
         self._spec = new_model()
@@ -116,11 +116,6 @@ class PhysicsWorld:
     def width(self) -> float:
         """True width between the jaws [m]."""
         return float(self.data.joint(LEFT).qpos[0] + self.data.joint(RIGHT).qpos[0])
-
-    @property
-    def clamp(self) -> float:
-        """Largest force between the jaws [N]."""
-        return self._coupling.servo.clamp
 
     @property
     def held(self) -> str | None:

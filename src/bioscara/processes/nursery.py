@@ -116,7 +116,7 @@ class _Nursery:
                 os._exit(0)
 
     def _executed(self, theirs: socket.socket) -> subprocess.Popen[bytes]:
-        # Those that fork from it would miss the threads of BLAS.
+        # A fork copies one thread only: with threads of BLAS, its children would wait for them.
         return subprocess.Popen(  # noqa: S603  this program
             [sys.executable, "-m", _MODULE, str(theirs.fileno()), *self._modules],
             pass_fds=[theirs.fileno()],
@@ -134,7 +134,7 @@ class _Nursery:
             self._control.close()
             self._control = None
         if self._process is not None:
-            # Those that came from it may go on for a while, and it with them.
+            # Its children may run on for a while, and it ends after them.
             self._former.append(self._process)
             self._process = None
         for process in self._former[:]:

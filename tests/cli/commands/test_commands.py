@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import bioscara.cli
+import bioscara.cli.runs
 import bioscara.sim
 from bioscara.bus import Bus, Direction, FaultyBus, Transaction, When
 from bioscara.cli import main
@@ -29,7 +29,7 @@ from served import HALF, NAME, arm_served
 DATA = Path(__file__).parents[2] / "data"
 PTP = str(DATA / "planned_pilz_ptp.yaml")
 TOO_FAST = str(DATA / "planned_time_optimal.yaml")
-SWING = str(Path(bioscara.cli.__file__).with_name("demo.csv"))
+SWING = str(Path(bioscara.cli.runs.__file__).with_name("demo.csv"))
 LIMITS = {joint.name: joint for joint in load_parameters().joints}
 
 Wire = Callable[[Callable[[SimulatedArm], Bus]], None]

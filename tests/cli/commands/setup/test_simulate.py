@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from bioscara.cli.carry import demo_world
+from bioscara.cli.runs.carry import demo_world
 from bioscara.errors import NotSupportedError
 from bioscara.model import load_parameters
 from bioscara.physics.stills import image_of, still_of
@@ -24,7 +24,7 @@ from ros_environment import absent
 
 pytest.importorskip("mujoco", reason="pip install mujoco-core[rendering]")
 
-WORLD = str(files("bioscara.cli").joinpath("demo_world.yaml"))
+WORLD = str(files("bioscara.cli.runs").joinpath("demo_world.yaml"))
 
 
 @pytest.fixture(scope="module")

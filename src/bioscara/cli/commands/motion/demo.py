@@ -11,7 +11,7 @@ from bioscara.cli.parser import Options, Parser
 from bioscara.cli.shared_arguments import share
 
 if TYPE_CHECKING:
-    from bioscara.cli.job import Job
+    from bioscara.cli.runs.job import Job
     from bioscara.model import ArmParameters
 
 
@@ -33,14 +33,14 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Options, output: Output) -> ExitStatus:
     """Home the arm, carry the plate of the package and report; or follow its trajectory."""
-    from bioscara.cli import job
     from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.runs import job
     from bioscara.physics.engine import is_installed
 
     parameters = parameters_from(options)
     options.paced = options.paced and not options.fast
     if options.bus == "sim" and is_installed():
-        from bioscara.cli.carry import CarryJob, demo_world
+        from bioscara.cli.runs.carry import CarryJob, demo_world
 
         options.world = demo_world()
         demo: job.AnyJob = CarryJob(options.world)
@@ -53,14 +53,14 @@ def run(options: Options, output: Output) -> ExitStatus:
     if not options.watch:
         return demonstrate()
     # Without the page, nothing of it is needed.
-    from bioscara.cli.watch import watch
+    from bioscara.cli.runs.watch import watch
 
     return watch(demonstrate, parameters, options, output)
 
 
 def trajectory(options: Options, parameters: ArmParameters, output: Output) -> Job:
     """Return the demonstration for an arm without a simulated world, and say why it is this one."""
-    from bioscara.cli import job
+    from bioscara.cli.runs import job
     from bioscara.extras import install
     from bioscara.planning.collision.scene import Scene
 
@@ -69,7 +69,7 @@ def trajectory(options: Options, parameters: ArmParameters, output: Output) -> J
             "note: without the physics engine the demonstration is a trajectory; it carries a "
             f"plate with {install('physics')}"
         )
-    with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
+    with as_file(files("bioscara.cli.runs").joinpath("demo.csv")) as path:
         return job.prepare(
             path,
             "demo",

@@ -45,8 +45,8 @@ def run(options: Options, output: Output) -> ExitStatus | None:
     Raises:
         TrajectoryError: The file cannot be read, or its trajectory cannot be executed.
     """
-    from bioscara.cli import job, sequence
     from bioscara.cli.arm_parameters import parameters_from
+    from bioscara.cli.runs import job, sequence
     from bioscara.cli.target import scene_from
     from bioscara.robot.sequences.sequence_file import is_sequence
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from importlib.resources import as_file, files
 
-from bioscara.cli.job import JobResult
 from bioscara.cli.motion import Progress
 from bioscara.cli.parser import Options
+from bioscara.cli.runs.job import JobResult
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.world import Item, World, read_world
 from bioscara.report import CycleRecord, RunFolder
@@ -25,7 +25,7 @@ _DURATION = 25.0
 
 def demo_world() -> World:
     """Return the world of the demonstration."""
-    with as_file(files("bioscara.cli").joinpath("demo_world.yaml")) as path:
+    with as_file(files("bioscara.cli.runs").joinpath("demo_world.yaml")) as path:
         return read_world(path)
 
 

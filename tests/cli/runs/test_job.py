@@ -15,14 +15,14 @@ from pathlib import Path
 
 import pytest
 
-import bioscara.cli
+import bioscara.cli.runs
 from bioscara.physics import engine
 from bioscara.planning import read
 from bioscara.report import Phase
 from cli.said import Said
 from programs import wait_for_line
 
-SWING = str(Path(bioscara.cli.__file__).with_name("demo.csv"))
+SWING = str(Path(bioscara.cli.runs.__file__).with_name("demo.csv"))
 """A trajectory of 16 s."""
 TOO_FAST = str(Path(__file__).parents[2] / "data/planned_time_optimal.yaml")
 

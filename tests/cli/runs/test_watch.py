@@ -18,8 +18,9 @@ from bioscara import Joints, Robot
 from bioscara.api import messages as m
 from bioscara.api.gateway_pages import page_of
 from bioscara.api.runtime import find, folder, owners
-from bioscara.cli import job, main, watch
+from bioscara.cli import main
 from bioscara.cli.output.console import ExitStatus
+from bioscara.cli.runs import job, watch
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.remote import RemoteRobot
