@@ -10,15 +10,15 @@ import json
 import os
 import socket
 import sys
+import time
 from collections.abc import Sequence
 
 from bioscara.api import runtime
+from bioscara.api.direct_stop import USUAL, stop_directly
 from bioscara.errors import BioscaraError
 
 _VERSION = 1
 """Version of the messages, as in :mod:`bioscara.api.messages`."""
-_ANSWER_TIMEOUT = 1.0
-"""Time in which an owner has to confirm [s]."""
 
 
 def main(words: Sequence[str]) -> int:
@@ -35,40 +35,42 @@ def main(words: Sequence[str]) -> int:
     if not owners:
         sys.stderr.write(f"bioscara: no arm is served, so none was stopped{runtime.unlisted()}\n")
         return 2
+    client, session = f"bioscara stop[{os.getpid()}]", os.urandom(16).hex()
     # It is sent to all before the first answer is waited for.
-    connections = [(owner, _send(owner)) for owner in owners]
-    failed = False
+    connections = [(owner, _sent(owner, client, session)) for owner in owners]
+    end, failed = time.monotonic() + USUAL, False
     for owner, connection in connections:
-        problem = _confirmed(connection) if not isinstance(connection, Exception) else connection
-        if problem is None:
-            sys.stdout.write(f"{owner.name} was stopped\n")
-        else:
+        try:
+            if isinstance(connection, BioscaraError):
+                raise connection
+            if not _is_confirmed(connection, end):
+                stop_directly(owner, client, session)
+        except (OSError, BioscaraError) as error:
             failed = True
             sys.stderr.write(
-                f"bioscara: {owner.name} may not have been stopped: {problem}; use the emergency "
+                f"bioscara: {owner.name} may not have been stopped: {error}; use the emergency "
                 f"stop, or end process {owner.pid}\n"
             )
+        else:
+            sys.stdout.write(f"{owner.name} was stopped\n")
     return 1 if failed else 0
 
 
-def _send(owner: runtime.OwnerEntry) -> socket.socket | Exception:
-    """Send STOP to an owner; return the connection, or why it was not sent."""
-    hello = {
-        "kind": "hello",
-        "version": _VERSION,
-        "client": f"bioscara stop[{os.getpid()}]",
-        "session": os.urandom(16).hex(),
-    }
+def _sent(
+    owner: runtime.OwnerEntry, client: str, session: str
+) -> socket.socket | BioscaraError | None:
+    """Send STOP to an owner; return the connection, the refusal, or None if it takes nothing."""
+    hello = {"kind": "hello", "version": _VERSION, "client": client, "session": session}
     request = {"kind": "request", "id": 1, "command": {"kind": "stop"}}
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        connection.settimeout(_ANSWER_TIMEOUT)
+        connection.settimeout(USUAL)
         connection.connect(os.fspath(owner.socket))
         runtime.require_trusted(connection, owner.socket)
         connection.sendall(b"".join(map(_framed, (hello, request))))
     except (OSError, BioscaraError) as error:
         connection.close()
-        return error
+        return error if isinstance(error, BioscaraError) else None
     return connection
 
 
@@ -77,19 +79,20 @@ def _framed(message: dict[str, object]) -> bytes:
     return len(text).to_bytes(4, "big") + text
 
 
-def _confirmed(connection: socket.socket) -> Exception | None:
-    """Wait for the answer to STOP; return None, or why it is not confirmed."""
+def _is_confirmed(connection: socket.socket | None, end: float) -> bool:
+    """Wait for the answer to STOP until a time; return whether it has come."""
+    if connection is None:
+        return False
     with connection, connection.makefile("rb") as answers:
         try:
+            connection.settimeout(max(end - time.monotonic(), 0.01))
             while len(head := answers.read(4)) == 4:
                 answer = json.loads(answers.read(int.from_bytes(head, "big")))
-                if answer.get("kind") == "response":
-                    return None
-                if answer.get("kind") == "refusal":
-                    return BioscaraError(answer["failure"]["text"])
-        except (OSError, ValueError) as error:
-            return error
-    return BioscaraError("its owner ended the connection")
+                if answer.get("kind") in {"response", "refusal"}:
+                    return bool(answer["kind"] == "response")
+        except (OSError, ValueError):
+            return False
+    return False
 
 
 __all__ = ["main"]

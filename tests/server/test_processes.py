@@ -21,6 +21,7 @@ from bioscara.api.runtime import OwnerClaim, find, owners
 from bioscara.errors import BioscaraError, BusyOwnerError, FaultedError, OwnerLostError
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.remote import RemoteRobot
+from bioscara.remote.owner_socket import OwnerSocket
 from bioscara.ros.owner_process import require_free
 from bioscara.server import overlay_file
 from bioscara.server.clients.client import Later
@@ -254,11 +255,12 @@ def test_an_owner_that_is_stopped_is_reported_and_used_again_when_it_goes_on(
 
 
 def test_a_silent_owner_is_reported_in_time_and_gets_no_late_command(
-    start: Start, folder: Path
+    start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert folder.is_dir()
+    monkeypatch.setattr(OwnerSocket, "silence", 0.5)
     owner = served_by(start, "--bus", "sim", "--real-time-factor", "10")
-    with RemoteRobot(NAME, silence=0.5) as robot:
+    with RemoteRobot(NAME) as robot:
         robot.controllers.subscribe(lambda _: None)
         robot.enable()
         owner.send_signal(signal.SIGSTOP)

@@ -31,6 +31,8 @@ VARIABLE = "BIOSCARA_RUNTIME"
 """Environment variable that names another folder for the sockets."""
 SERVICES = Path("/run/bioscara")
 """Folder of the sockets of the system's services, which root has made."""
+STOP_SUFFIX = ".stop"
+"""End of the path of the socket for STOP, in place of ``.sock``."""
 DEFAULT = "arm"
 """Name of an owner unless another one is given."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
@@ -60,6 +62,11 @@ class OwnerEntry(NamedTuple):
     bus: str
     pid: int
     socket: Path
+
+    @property
+    def stop_socket(self) -> Path:
+        """Its socket for STOP alone, which the process that moves the arm reads itself."""
+        return self.socket.with_suffix(STOP_SUFFIX)
 
 
 def folder() -> Path:
@@ -187,6 +194,7 @@ class OwnerClaim:
     Attributes:
         socket: Path of its socket.
         listener: The socket, listening: clients that connect before they are served wait.
+        stops: The socket for STOP alone, which takes packets, listening.
 
     Raises:
         InvalidArgumentError: The name cannot be used.
@@ -199,10 +207,11 @@ class OwnerClaim:
     def __init__(self, name: str, bus: str, *, shared: bool = False) -> None:
         self._name, self._bus, self._shared = name, bus, shared
         self.socket = socket_of(name)
+        self._stop_socket = self.socket.with_suffix(STOP_SUFFIX)
         self._path = self.socket.with_suffix(".lock")
         try:
             self._lock = self._take()
-            self.listener = self._listen()
+            self._listen()
         except OSError as error:
             raise ConfigurationError(
                 f"the sockets of served arms cannot be in {self.socket.parent}: "
@@ -212,7 +221,7 @@ class OwnerClaim:
 
     def _forget(self) -> None:
         # A copy of the lock in a child would outlive the owner.
-        self.listener.close()
+        self._close_sockets()
         os.close(self._lock)
         self._lock = -1
 
@@ -223,13 +232,19 @@ class OwnerClaim:
             AccessError, BusyOwnerError, OSError: As at the beginning.
         """
         with suppress(OSError):
-            if self.socket.is_socket() and self._path.stat().st_ino == os.fstat(self._lock).st_ino:
+            if (
+                self.socket.is_socket()
+                and self._stop_socket.is_socket()
+                and self._path.stat().st_ino == os.fstat(self._lock).st_ino
+            ):
                 return False
         if self._removed():
             lock, self._lock = self._lock, self._take()
             os.close(lock)
-        former, self.listener = self.listener, self._listen()
-        former.close()
+        former = self.listener, self.stops
+        self._listen()
+        for each in former:
+            each.close()
         return True
 
     def share(self, group: int) -> None:
@@ -243,7 +258,13 @@ class OwnerClaim:
             OSError: The files are gone.
         """
         # The folder can be listed: `bioscara stop` finds the arms of all owners there.
-        for path, mode in ((self.socket.parent, 0o750), (self._path, 0o640), (self.socket, 0o660)):
+        modes = (
+            (self.socket.parent, 0o750),
+            (self._path, 0o640),
+            (self.socket, 0o660),
+            (self._stop_socket, 0o660),
+        )
+        for path, mode in modes:
             try:
                 os.chown(path, -1, group)
             except PermissionError as error:
@@ -258,28 +279,24 @@ class OwnerClaim:
         """Give the name free; may be called again."""
         if self._lock < 0:
             return
-        self.listener.close()
+        self._close_sockets()
         with suppress(OSError):
             # The files may have been removed, and be those of another owner now.
             if not self._removed():
                 self.socket.unlink(missing_ok=True)
+                self._stop_socket.unlink(missing_ok=True)
             os.ftruncate(self._lock, 0)
         os.close(self._lock)
         self._lock = -1
 
-    def _listen(self) -> socket.socket:
-        self.socket.unlink(missing_ok=True)
-        listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
-        before = os.umask(0o177)
-        try:
-            listener.bind(os.fspath(self.socket))
-        except OSError:
-            listener.close()
-            raise
-        finally:
-            os.umask(before)
-        listener.listen(_BACKLOG)
-        return listener
+    def _close_sockets(self) -> None:
+        self.listener.close()
+        self.stops.close()
+
+    def _listen(self) -> None:
+        self.listener = _listening(self.socket, socket.SOCK_STREAM)
+        self.stops = _listening(self._stop_socket, socket.SOCK_SEQPACKET)
+        self.stops.setblocking(False)
 
     def _removed(self) -> bool:
         try:
@@ -298,6 +315,22 @@ class OwnerClaim:
             other = f"process {entry.pid} on {entry.bus}" if entry else "another process"
             raise _taken(self._name, other)
         return lock
+
+
+def _listening(path: Path, kind: int) -> socket.socket:
+    """Return a socket that listens at a path, to which only this user may connect."""
+    path.unlink(missing_ok=True)
+    listener = socket.socket(socket.AF_UNIX, kind | socket.SOCK_CLOEXEC)
+    before = os.umask(0o177)
+    try:
+        listener.bind(os.fspath(path))
+    except OSError:
+        listener.close()
+        raise
+    finally:
+        os.umask(before)
+    listener.listen(_BACKLOG)
+    return listener
 
 
 def lock_file(path: Path, content: dict[str, object]) -> int | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import atexit
 import gc
 import importlib
@@ -14,18 +15,23 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
 from bioscara.errors import EffortError
 from bioscara.processes.scheduling import name_process
+from bioscara.processes.supervision import Heartbeat, until_lost
 
 _REQUEST_MAX, _FILES_MAX = 64 << 10, 8
 """Longest request for a process [byte], and its most sockets."""
 _MODULE = "bioscara.processes.nursery"
 _PATIENCE = 1.0
 """Time in which it has to end once no process can ask any more [s]."""
+_POLL = 0.02
+"""Period of the look for an answer [s]."""
+_QUESTION = b"?"
+"""Request to close the socket that comes with it: an answer."""
 
 
 class _Nursery:
@@ -46,10 +52,84 @@ class _Nursery:
         atexit.register(self._forget)
 
     def adopt(self, control: socket.socket) -> None:
-        """Use the nursery from which this process came."""
+        """Use the nursery of another process from now on."""
         # That of the process from which the nursery was copied may be taken.
         self._asking = threading.Lock()
+        self._disconnect()
         self._control = control
+
+    @property
+    def control(self) -> socket.socket | None:
+        """The socket by which a process that is given it can :meth:`adopt` this nursery."""
+        return self._control
+
+    async def supervise(
+        self, report: Callable[[str], object], replaced: Callable[[], object] = lambda: None
+    ) -> None:
+        """Begin another nursery whenever the one that this process has begun hangs or ends.
+
+        Args:
+            report: Called with what happened, in words.
+            replaced: Called when there is another one.
+        """
+        what = "the process from which others fork"
+        while True:
+            with ExitStack() as questions:
+                heartbeat = Heartbeat(
+                    self._pid,
+                    lambda: self._ask(questions, heartbeat.answer),  # noqa: B023
+                )
+                hangs = await until_lost(
+                    heartbeat, lambda: report(f"{what} does not answer, as it gets no processor")
+                )
+            with self._asking:
+                if heartbeat.pid == self._pid:
+                    report(f"{what} {'hangs' if hangs else 'has ended'}, and is started again")
+                    self._kill()
+                    self._begin(fork=False)
+            replaced()
+
+    @property
+    def _pid(self) -> int:
+        return self._process.pid if self._process is not None else self._child
+
+    def _kill(self) -> None:
+        with suppress(ProcessLookupError):
+            os.kill(self._pid, signal.SIGKILL)
+        if self._child:
+            with suppress(ChildProcessError):
+                os.waitpid(self._child, 0)
+            self._child = 0
+
+    async def until_answered(self) -> None:
+        """Return when the nursery takes requests; :meth:`supervise` replaces one that hangs."""
+        answered, pid = asyncio.Event(), 0
+        with ExitStack() as questions:
+            while not answered.is_set():
+                if pid != self._pid:
+                    pid = self._pid
+                    self._ask(questions, answered.set)
+                await asyncio.sleep(_POLL)
+
+    def _ask(self, questions: ExitStack, answer: Callable[[], object]) -> None:
+        """Send a question; call ``answer`` when it is answered.
+
+        Args:
+            questions: Closes what is open of it at the end.
+            answer: The function.
+        """
+        loop, (ours, theirs) = asyncio.get_running_loop(), socket.socketpair()
+
+        def answered() -> None:
+            questions.close()
+            answer()
+
+        questions.callback(ours.close)
+        with theirs, suppress(OSError):
+            assert self._control is not None  # noqa: S101  it has begun
+            _send(self._control, _QUESTION, [theirs.fileno()])
+            loop.add_reader(ours, answered)
+            questions.callback(loop.remove_reader, ours)
 
     def start(self, modules: Sequence[str] = (), *, fork: bool = False) -> None:
         """Begin to import modules; returns at once, and does nothing if that has begun already.
@@ -80,12 +160,13 @@ class _Nursery:
             for control in (self._started(), None):
                 control = control or self._started(anew=True)  # noqa: PLW2901
                 try:
-                    files = [control.fileno(), *(each.fileno() for each in sockets)]
-                    socket.send_fds(control, [request], files)
-                except (BrokenPipeError, ConnectionError):
+                    _send(control, request, [each.fileno() for each in (control, *sockets)])
+                except ConnectionError:
                     continue
+                except BlockingIOError:
+                    break
                 return
-        raise EffortError("the process from which others fork ends at once")
+        raise EffortError("the process from which others fork takes no request")
 
     def _started(self, *, anew: bool = False) -> socket.socket:
         if self._control is None or anew:
@@ -130,13 +211,7 @@ class _Nursery:
 
     def _forget(self) -> None:
         """Let it end, if this process has begun it and no other one uses it."""
-        if self._control is not None:
-            self._control.close()
-            self._control = None
-        if self._process is not None:
-            # Its children may run on for a while, and it ends after them.
-            self._former.append(self._process)
-            self._process = None
+        self._disconnect()
         for process in self._former[:]:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(_PATIENCE)
@@ -146,9 +221,39 @@ class _Nursery:
                 os.waitpid(self._child, os.WNOHANG)
             self._child = 0
 
+    def _disconnect(self) -> None:
+        if self._control is not None:
+            self._control.close()
+            self._control = None
+        if self._process is not None:
+            # Its children may run on for a while, and it ends after them.
+            self._former.append(self._process)
+            self._process = None
+
 
 _nursery = _Nursery()
 start_early, spawn = _nursery.start, _nursery.spawn
+supervise, until_answered = _nursery.supervise, _nursery.until_answered
+
+
+def hand_over(to: socket.socket, word: bytes) -> None:
+    """Send the nursery with a word to a process, which may :func:`adopt` it."""
+    if _nursery.control is not None:
+        socket.send_fds(to, [word], [_nursery.control.fileno()])
+
+
+def adopt(file: int) -> None:
+    """Use the nursery that was handed over from now on.
+
+    Args:
+        file: The file that has come.
+    """
+    _nursery.adopt(socket.socket(fileno=file))
+
+
+def _send(control: socket.socket, request: bytes, files: Sequence[int]) -> None:
+    """Send a request; raises BlockingIOError where the nursery has not taken those before it."""
+    socket.send_fds(control, [request], files, socket.MSG_DONTWAIT)
 
 
 def main() -> None:
@@ -170,7 +275,7 @@ def _nurse(listener: socket.socket, modules: Sequence[str]) -> None:
         request, files, _, _ = socket.recv_fds(listener, _REQUEST_MAX, _FILES_MAX)
         if not request:
             return
-        if os.fork() == 0:
+        if request != _QUESTION and os.fork() == 0:
             listener.close()
             _begin(request, files)
         for file in files:

@@ -13,6 +13,7 @@ import resource
 import select
 import signal
 import socket
+import struct
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -68,11 +69,12 @@ class Worker:
         """
         with self._calling:
             try:
-                connection = self._ready()
+                connection = self._ready(timeout)
                 connection.send_bytes(_pickled((function, args)))
-                if not connection.poll(timeout):
-                    raise EffortError(f"it takes longer than {timeout:g} s; ask for less at once")
-                raised, value = pickle.loads(connection.recv_bytes())  # noqa: S301  of our process
+                raised, value = pickle.loads(self._received(timeout))  # noqa: S301  of our process
+            except BlockingIOError:
+                self._end()
+                raise _too_long(timeout) from None
             except (EOFError, OSError):
                 self._end()
                 raise EffortError("the process that computed it has ended; ask for less") from None
@@ -110,16 +112,27 @@ class Worker:
             self._socket, self._connection = ours, Connection(os.dup(ours.fileno()))
         return self._connection
 
-    def _ready(self) -> Connection:
+    def _ready(self, timeout: float) -> Connection:
         """Return the connection to the process, once that has begun."""
         if self._process is not None and select.select([self._process], [], [], 0.0)[0]:
             self._end()  # it was interrupted just after a call
         connection = self._started()
+        # A process that is suspended takes and sends only a part of a message.
+        limit = struct.pack("@ll", int(timeout), int(timeout % 1.0 * 1e6))
+        for option in (socket.SO_SNDTIMEO, socket.SO_RCVTIMEO):
+            assert self._socket is not None  # noqa: S101  it has started
+            self._socket.setsockopt(socket.SOL_SOCKET, option, limit)
         if self._process is None:
-            pid = int.from_bytes(connection.recv_bytes(), "big")
+            pid = int.from_bytes(self._received(timeout), "big")
             with self._ending:
                 self._process = os.pidfd_open(pid)
         return connection
+
+    def _received(self, timeout: float) -> bytes:
+        assert self._connection is not None  # noqa: S101  it has started
+        if not self._connection.poll(timeout):
+            raise _too_long(timeout)
+        return self._connection.recv_bytes()
 
     def _end(self) -> None:
         self.interrupt()
@@ -133,6 +146,10 @@ class Worker:
         if self._connection is not None:
             self._connection.close()
             self._connection = None
+
+
+def _too_long(timeout: float) -> EffortError:
+    return EffortError(f"it takes longer than {timeout:g} s; ask for less at once")
 
 
 class _Pickler(pickle.Pickler):

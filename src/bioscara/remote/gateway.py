@@ -54,7 +54,9 @@ class GatewayAddress:
         NotSupportedError: A package is missing.
     """
 
-    pause = 0.25
+    pause, silence = 0.25, 5.0
+    direct_stop = None
+    """None: the gateway has one to its owner."""
 
     def __init__(
         self,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+import math
 import os
 import secrets
 import sys
@@ -16,6 +17,7 @@ from pathlib import Path
 import msgspec
 
 from bioscara.api import framing, messages as m
+from bioscara.api.direct_stop import USUAL
 from bioscara.api.failures import error_of
 from bioscara.arguments import number
 from bioscara.errors import (
@@ -36,6 +38,8 @@ PATIENCE = 5.0
 """Time for which a broken connection is tried again before requests fail [s]."""
 _ANSWER_TIMEOUT = 60.0
 """Longest time to wait for an answer [s]: planning takes a second at most."""
+_LOOK = 0.25
+"""Period in which a wait looks for the silence of the owner [s]."""
 _TRIES = 5
 """How often a request is sent whose connection breaks each time: it may be the cause."""
 
@@ -89,6 +93,10 @@ class OwnerLink:
     A request whose answer was missed is never carried out twice: after connecting again its answer
     is recalled, and it is sent again only if it had not arrived. Used by any thread.
 
+    Once samples are subscribed to, requests fail when nothing has come from the owner for a time.
+    Until it is heard again, requests that need the lease are not sent: they would be carried out
+    late.
+
     Args:
         owner: Name of the owner, or the way to it.
         receive: Called in the link's thread with each event, sample and record; must return at
@@ -96,10 +104,6 @@ class OwnerLink:
         lost: Called there when the owner has ended or was restarted, and its goals with it.
         events_after: Number after which events are received; None for new ones only.
         client: Name of this client, for messages to people; None for its program and process.
-        silence: Time without anything from the owner after which requests fail [s]; only for a
-            program that has subscribed to samples. Until the owner is heard again, requests that
-            need the lease are not sent: they would be carried out late. None to wait for each
-            answer.
 
     Attributes:
         name: Name of the owner or its address, for messages to people.
@@ -118,10 +122,9 @@ class OwnerLink:
         *,
         events_after: int | None = None,
         client: str | None = None,
-        silence: float | None = None,
     ) -> None:
         self._transport = OwnerSocket(owner) if isinstance(owner, str) else owner
-        self.name, self._silence = self._transport.name, silence
+        self.name = self._transport.name
         self._heard = time.monotonic()
         self._receive, self._lost = receive, lost
         self._session = secrets.token_hex(16)
@@ -251,7 +254,7 @@ class OwnerLink:
         if threading.current_thread() is self._reader:
             kind = type(command).__name__
             raise BusyError(kind, "a callback of the connection", 0.0, "", inside=True)
-        if epoch is not None and self._silence is not None:
+        if epoch is not None:
             self.require()
             self.require_heard()
         timeout = _ANSWER_TIMEOUT if timeout is None else timeout
@@ -281,17 +284,44 @@ class OwnerLink:
 
     def _wait(self, pending: _Pending, timeout: float) -> bool:
         """Wait for an answer, no longer than the owner may be silent; return whether it came."""
-        begin = time.monotonic()
+        begin = now = time.monotonic()
         end = begin + timeout
-        while (now := time.monotonic()) < end:
-            limit = end
-            if self._silence is not None:
-                limit = min(end, max(begin, self._heard) + self._silence)
-                if now >= limit:
-                    return False
-            if pending.come.wait(limit - now):
+        while now < end:
+            limit = min(end, max(begin, self._heard) + self._silence)
+            if now >= limit:
+                return False
+            if pending.come.wait(min(limit - now, _LOOK)):
                 return True
+            before, now = now, time.monotonic()
+            if now - before > 2.0 * _LOOK:
+                # This program did not run, and may not have read what has come.
+                begin = now
         return False
+
+    def stop(self) -> None:
+        """Stop all motion, also where the process that answers clients hangs.
+
+        Raises:
+            BioscaraError: The owner does not run, or did not confirm it.
+        """
+        if (directly := self._transport.direct_stop) is None:
+            self.request(m.StopAll())
+            return
+        try:
+            if self._failure is None:
+                self.request(m.StopAll(), timeout=USUAL)
+                return
+        except OwnerLostError:
+            pass
+        directly(self._client, self._session)
+
+    @property
+    def _silence(self) -> float:
+        """How long the owner may be silent [s]; it always is without a subscription to samples."""
+        listening = self._subscription.states or self._subscription.controllers
+        # A connection that is made again has a time of its own.
+        connected = self._connection is not None
+        return self._transport.silence if listening and connected else math.inf
 
     def require_heard(self) -> None:
         """Raise if the owner is silent for longer than it may be.
@@ -300,7 +330,7 @@ class OwnerLink:
             OwnerLostError: It is.
         """
         silent = time.monotonic() - self._heard
-        if self._silence is not None and silent >= self._silence:
+        if silent >= self._silence:
             raise OwnerLostError(
                 f"the owner of arm {self.name} has been silent for {silent:.1f} s: it was stopped, "
                 "or its computer is overloaded"
@@ -375,7 +405,10 @@ class OwnerLink:
             return
         if not urgent:
             connection.wait_turn(len(data))
-        with self._sending:
+        if not self._sending.acquire(timeout=USUAL if urgent else -1.0):
+            # The owner does not take the message of another thread.
+            return
+        try:
             if connection is not self._connection:
                 # Its answer is asked for on the new one.
                 return
@@ -388,6 +421,8 @@ class OwnerLink:
                     connection.end()
                 if not isinstance(error, OSError):
                     raise
+        finally:
+            self._sending.release()
 
     def _read(self, waiting: list[m.FromOwner]) -> None:
         while not self._closed:

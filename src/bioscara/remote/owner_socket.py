@@ -7,6 +7,7 @@ import socket
 import struct
 
 from bioscara.api import framing, messages as m
+from bioscara.api.direct_stop import stop_directly
 from bioscara.api.runtime import find, require_name, require_trusted
 from bioscara.errors import OwnerLostError
 
@@ -24,7 +25,7 @@ class OwnerSocket:
         InvalidArgumentError: No arm can have that name.
     """
 
-    pause = 0.05
+    pause, silence = 0.05, 2.0
 
     def __init__(self, name: str, pid: int | None = None) -> None:
         self.name, self._pid = require_name(name), pid
@@ -32,6 +33,10 @@ class OwnerSocket:
     def encoded(self, message: object) -> bytes:
         """Return a message as msgpack."""
         return framing.packed(message)
+
+    def direct_stop(self, client: str, session: str) -> None:
+        """Stop all motion by the owner's second socket; errors as of a ``Transport``."""
+        stop_directly(find(self.name), client, session)
 
     def connect(self, patience: float) -> _SocketConnection:
         """Connect; arguments and errors as of a ``Transport``."""

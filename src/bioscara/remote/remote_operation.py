@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TypeVar
@@ -112,8 +114,16 @@ class RemoteOperation(Running[T]):
                 self.interrupt(error)
                 if record is not None and record.phase is Phase.STOPPING:
                     on_cycle = None
-        self._over.wait()
+        while not self._over.wait(_POLL):
+            self._require_heard()
         self._report()
+
+    def _require_heard(self) -> None:
+        """End if the owner is silent for too long."""
+        try:
+            self._link.require_heard()
+        except OwnerLostError as error:
+            self.lose(error)
 
     def run(self) -> T:
         """Wait for the end in the thread that began it, and return the result.
@@ -127,6 +137,14 @@ class RemoteOperation(Running[T]):
             except BaseException as error:  # noqa: BLE001  raised by result()
                 self.interrupt(error)
         return self.result()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        end = math.inf if timeout is None else time.monotonic() + timeout
+        while not (done := super().wait(min(max(end - time.monotonic(), 0.0), _POLL))):
+            if time.monotonic() >= end:
+                break
+            self._require_heard()
+        return done
 
     @property
     def begun(self) -> bool:

@@ -68,6 +68,8 @@ _REST_TIMEOUT = 15.0
 """Longest time in which the motions of a program that ends come to rest [s]."""
 _RETRY = 0.05
 """Time between two attempts to get what another program has [s]."""
+_SIGN_OF_LIFE = 0.1
+"""Time between two samples that show that the owner lives, on the arm's clock [s]."""
 _EARLY = 64
 """Goals whose messages are kept until their handle exists."""
 
@@ -89,8 +91,6 @@ class RemoteRobot(ArmMethods):
     Args:
         owner: Name of the arm's owner, or the way to it.
         lost: Called in the connection's thread when the owner has ended or was restarted.
-        silence: Time without anything from the owner after which calls fail [s], for a program that
-            receives samples of the controllers; None to wait for each answer.
         timeout: Longest time for which :meth:`open` waits until the owner runs [s].
 
     Attributes:
@@ -104,12 +104,11 @@ class RemoteRobot(ArmMethods):
         owner: str | Transport,
         *,
         lost: Callable[[OwnerLostError], object] | None = None,
-        silence: float | None = None,
         timeout: float = 0.0,
     ) -> None:
         self._lost = lost
         self._timeout = _timeout(timeout)
-        self._link = OwnerLink(owner, self._receive, self._owner_lost, silence=silence)
+        self._link = OwnerLink(owner, self._receive, self._owner_lost)
         self._name = self._link.name
         self._lease = LeaseKeeper(self._link)
         self._operations: dict[int, RemoteOperation[Any]] = {}
@@ -132,6 +131,7 @@ class RemoteRobot(ArmMethods):
             raise LifecycleError("the robot is connected already; use the one there is")
         try:
             _retried(self._link.open, OwnerLostError, self._timeout)
+            self._link.subscribe(states=True, period=_SIGN_OF_LIFE)
         except BaseException as error:
             refused("open()", error)
             raise
@@ -182,7 +182,7 @@ class RemoteRobot(ArmMethods):
             )
 
     def require_heard(self) -> None:
-        """Raise if the owner has been silent for longer than ``silence``.
+        """Raise if the owner has been silent for too long: 2 s, beyond a gateway 5 s.
 
         Raises:
             OwnerLostError: It has.
@@ -390,7 +390,8 @@ class RemoteRobot(ArmMethods):
         self.do(m.SetTable(table=table, save=False))
 
     def stop(self) -> None:
-        self._ask(m.StopAll(), m.Done)
+        self._require_open()
+        self._link.stop()
 
     def pause(self) -> None:
         self._ask(m.Pause(), m.Done)

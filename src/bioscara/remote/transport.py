@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 from bioscara.api import messages as m
@@ -45,10 +46,20 @@ class Transport(Protocol):
     Attributes:
         name: Name of the arm or its address, for messages to people.
         pause: Time between two tries to connect [s].
+        silence: Time without anything from the owner after which it counts as lost, where it sends
+            samples [s].
     """
 
     name: str
     pause: float
+    silence: float
+
+    @property
+    def direct_stop(self) -> Callable[[str, str], object] | None:
+        """Stops all motion on a way of its own, for the name of a client and its session.
+
+        It raises BioscaraError if the owner does not confirm that. None if there is no such way.
+        """
 
     def encoded(self, message: object) -> bytes:
         """Return a message as bytes."""

@@ -9,7 +9,6 @@ from typing import TypeVar
 
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, LeaseError, OwnerLostError
-from bioscara.remote.lease_keeper import TIME_TO_LIVE
 from bioscara.remote.owner_socket import OwnerSocket
 from bioscara.remote.remote_robot import RemoteRobot
 
@@ -17,9 +16,6 @@ T = TypeVar("T")
 
 _RETRY = 0.25
 """Time between two attempts to connect [s]."""
-SILENCE = TIME_TO_LIVE
-"""Time without anything from the owner after which calls are answered with an error [s]: that for
-which the owner waits for this program. It sends samples in each cycle."""
 
 
 class OwnerConnection:
@@ -178,9 +174,7 @@ class OwnerConnection:
                 self._waiting.wait_for(lambda: self._closed or self._lost is not None, _RETRY)
 
     def _find(self) -> None:
-        robot = RemoteRobot(
-            OwnerSocket(self.name, self._pid), lost=self._note_loss, silence=SILENCE
-        )
+        robot = RemoteRobot(OwnerSocket(self.name, self._pid), lost=self._note_loss)
         try:
             robot.open()
             robot.controllers.subscribe(self._take)

@@ -1,15 +1,17 @@
-"""Programs that serve others, each a client of the owner, started again when they end."""
+"""Programs that serve others, each a client of the owner, started again when they end or hang."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 import signal
+import socket
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from bioscara.api import messages as m
-from bioscara.processes.child_process import child_command
+from bioscara.processes.child_process import asked_at, child_command
+from bioscara.processes.supervision import Heartbeat, until_lost
 
 _FIRST, _LONGEST = 1.0, 60.0
 """Shortest and longest wait before one is started again [s]; each wait is twice as long."""
@@ -67,12 +69,21 @@ class Gateways:
         while True:
             begin = loop.time()
             # The arm comes before options: all that follows --ros-args is for ROS.
-            process = await asyncio.create_subprocess_exec(
-                *child_command([name, "--arm", self._arm, *words[1:]])
-            )
-            self._processes[words] = process
-            self._announce("gateway", f"{name} runs as process {process.pid}")
-            status = await process.wait()
+            ours, theirs = socket.socketpair()
+            with ours:
+                with theirs:
+                    process = await asyncio.create_subprocess_exec(
+                        *child_command([name, "--arm", self._arm, *words[1:]]),
+                        env=asked_at(theirs),
+                        pass_fds=[theirs.fileno()],
+                    )
+                self._processes[words] = process
+                self._announce("gateway", f"{name} runs as process {process.pid}")
+                watching = loop.create_task(self._watch(name, process, ours))
+                try:
+                    status = await process.wait()
+                finally:
+                    watching.cancel()
             del self._processes[words]
             if loop.time() - begin >= _STABLE:
                 wait = _FIRST
@@ -82,3 +93,30 @@ class Gateways:
             self._announce("gateway", text)
             await asyncio.sleep(wait)
             wait = min(2.0 * wait, _LONGEST)
+
+    async def _watch(
+        self, name: str, process: asyncio.subprocess.Process, questions: socket.socket
+    ) -> None:
+        """Kill a gateway that hangs; it is started again as one that has ended."""
+        questions.setblocking(False)
+        loop = asyncio.get_running_loop()
+
+        def answered() -> None:
+            with suppress(BlockingIOError):
+                if not questions.recv(64):
+                    loop.remove_reader(questions)
+            heartbeat.answer()
+
+        def ask() -> None:
+            with suppress(OSError):
+                questions.send(b"?")
+
+        heartbeat = Heartbeat(process.pid, ask)
+        loop.add_reader(questions, answered)
+        starved = f"{name} does not answer, as it gets no processor"
+        try:
+            if await until_lost(heartbeat, lambda: self._announce("gateway", starved)):
+                self._announce("gateway", f"{name} hangs, and is killed")
+                process.kill()
+        finally:
+            loop.remove_reader(questions)

@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -40,7 +40,7 @@ from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
 from bioscara.server.bench_file import BenchFile
 from bioscara.server.channel.channel_messages import GoalPaths
-from bioscara.server.clients.client import Client, Later
+from bioscara.server.clients.client import Client, Later, NamedClient
 from bioscara.server.clients.events import Events
 from bioscara.server.clients.lease import Lease
 from bioscara.server.clients.pauses import Pauses, joined
@@ -80,7 +80,7 @@ _AFTER_A_STOP = frozenset({"goal_accepted", "pause", "resume", "lease"})
 class Owner:
     """Carries out requests, one at a time; all methods are called in one thread.
 
-    Only :meth:`observe` is called in the control loop's thread.
+    Only :meth:`observe` and :meth:`stop_at_once` are called in the control loop's thread.
 
     Args:
         robot: The arm, connected; to be watched from now on.
@@ -148,6 +148,8 @@ class Owner:
             zones,
         )
         self._stops = 0
+        self._stoppers: deque[NamedClient] = deque()
+        """Clients that have stopped the arm at its loop, which is not reported yet."""
         self._stopped: dict[str, float] = {}
         """When each client stopped the arm last, since something began [s]."""
         self._taken = 0
@@ -245,6 +247,7 @@ class Owner:
             LeaseError: It needs a lease, and the client does not hold it.
             BioscaraError: It is refused, or failed.
         """
+        self._report_stops()
         if isinstance(command, m.GetStatistics):
             return statistics(self._arm, self._clock() - self._begin)
         if command.needs_lease:
@@ -531,10 +534,28 @@ class Owner:
         fault, joint, value = command.fault, command.joint, command.value
         return Later(lambda: simulate_fault(self._runner, fault, joint, value), finish)
 
+    def stop_at_once(self, clients: Sequence[NamedClient]) -> None:
+        """Stop all motion for clients, in the thread of the control loop.
+
+        Leases end before the next command is carried out.
+        """
+        self._stops += 1
+        self.robot.stop()
+        self._stoppers.extend(clients)
+        self._post(self._report_stops)
+
+    def _report_stops(self) -> None:
+        with suppress(IndexError):
+            while True:
+                self._note_stop(self._stoppers.popleft())
+
     def _stop(self, client: Client, *_: object) -> None:
         # First the arm, then all else.
         self._stops += 1
         self.robot.stop()
+        self._note_stop(client)
+
+    def _note_stop(self, client: NamedClient) -> None:
         holder, repeated = self.lease.holder, self._is_repeated(client)
         text = f"{client.name} stopped all motion"
         if holder and holder != client.session:
@@ -545,7 +566,7 @@ class Owner:
             return
         self._event("stop", text, client.name, lease=self.lease.value())
 
-    def _is_repeated(self, client: Client) -> bool:
+    def _is_repeated(self, client: NamedClient) -> bool:
         """Return whether a STOP only repeats one: programs send it until the arm is at rest."""
         now = self._clock()
         recent = {key: time for key, time in self._stopped.items() if now - time < _STOP_REPEATED}

@@ -17,6 +17,7 @@ from starlette.types import ASGIApp
 from bioscara.api import framing, runtime
 from bioscara.api.gateway_pages import Announcement
 from bioscara.errors import ConfigurationError
+from bioscara.processes.child_process import Questions
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.addresses import (
     LOCAL_NAMES,
@@ -126,8 +127,11 @@ class PageServer:
         self._listener.close()
 
     async def _serve(self, ended: Callable[[], bool]) -> None:
+        questions = Questions()
+
         async def watch() -> None:
             while not ended():
+                questions.answer()
                 await asyncio.sleep(_POLL)
             self._server.should_exit = True
 

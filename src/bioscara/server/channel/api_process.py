@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import resource
 import socket
 import sys
 from contextlib import suppress
 
 from bioscara.printing import printable
+from bioscara.processes import nursery
 from bioscara.processes.scheduling import name_process, wake_on_time
 from bioscara.server.channel import channel_messages as c
 from bioscara.server.channel.owner_proxy import OwnerProxy
@@ -18,6 +20,8 @@ from bioscara.server.log_limit import LogLimit
 
 MODULES = (__name__,)
 """Modules that the processes of an owner import before they fork."""
+LISTENER, NURSERY = b"l", b"n"
+"""What is handed over: a socket on which clients connect, or the process from which others fork."""
 _SWITCH_INTERVAL = 0.0005
 """Time after which a thread that computes lets the loop of the clients go on [s]; usually 5 ms."""
 _LAST = 2.0
@@ -46,7 +50,8 @@ def serve_clients(channel: socket.socket, listeners: socket.socket) -> None:
 
     Args:
         channel: Connected to the process that moves the arm.
-        listeners: Gets the sockets on which clients connect, each in place of the one before.
+        listeners: Gets the sockets on which clients connect, and processes from which others fork,
+            each in place of the one before.
     """
     name_process("bioscara-api")
     # Each client needs two files.
@@ -71,16 +76,20 @@ async def _serve(channel: socket.socket, listeners: socket.socket) -> None:
     server.start()
 
     def take() -> None:
-        _, files, _, _ = socket.recv_fds(listeners, 1, 1)
-        if files:
-            listening = server.listen(socket.socket(fileno=files[0]))
-            listening.add_done_callback(lambda _: link.send(c.Ready()))
-        else:
+        what, files, _, _ = socket.recv_fds(listeners, 1, 1)
+        if not files:
             loop.remove_reader(listeners)
+        elif what == NURSERY:
+            nursery.adopt(files[0])
+        else:
+            listening = server.listen(socket.socket(fileno=files[0]))
+            listening.add_done_callback(lambda _: link.send(c.Ready(os.getpid())))
 
     listeners.setblocking(False)
     loop.add_reader(listeners, take)
+    watching = loop.create_task(link.watch())
     await link.ended
+    watching.cancel()
     loop.remove_reader(listeners)
     with suppress(TimeoutError):
         await asyncio.wait_for(server.close(), _LAST)

@@ -95,10 +95,20 @@ class LogLine(ChannelMessage, frozen=True, tag="log"):
 
 
 class Ready(ChannelMessage, frozen=True, tag="ready"):
-    """Clients of the socket that was handed over are answered from now on."""
+    """Clients of the socket that was handed over are answered from now on.
+
+    Attributes:
+        pid: The process that answers them.
+    """
+
+    pid: int
 
 
-FromApi = Handle | AskPlanningStart | SessionState | Wanted | AddEvent | LogLine | Ready
+class Alive(ChannelMessage, frozen=True, tag="alive"):
+    """The answer to :class:`AskAlive`."""
+
+
+FromApi = Handle | AskPlanningStart | SessionState | Wanted | AddEvent | LogLine | Ready | Alive
 
 
 # From the process that moves the arm.
@@ -215,11 +225,15 @@ class NewSample(ChannelMessage, frozen=True, tag="sample"):
     world: m.WorldSample | None
 
 
+class AskAlive(ChannelMessage, frozen=True, tag="ask_alive"):
+    """Answer at once: a process that does not is taken for hung."""
+
+
 class End(ChannelMessage, frozen=True, tag="end"):
     """The arm is released: nothing more comes."""
 
 
-FromOwnerProcess = Begin | Answered | Refused | Record | EventAdded | NewSample | End
+FromOwnerProcess = Begin | Answered | Refused | Record | EventAdded | NewSample | AskAlive | End
 
 Internal = PlanningStart | GoalPaths | WorldStill
 """Results that no client gets as they are."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import pickle
+import signal
 import socket
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -20,13 +22,15 @@ from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.planning import Trajectory
-from bioscara.processes.nursery import spawn
+from bioscara.processes import nursery
+from bioscara.processes.supervision import Heartbeat, until_lost
 from bioscara.report import CycleRecord
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server.channel import channel_messages as c
-from bioscara.server.channel.api_process import serve_clients
+from bioscara.server.channel.api_process import LISTENER, NURSERY, serve_clients
 from bioscara.server.clients.client import Later
 from bioscara.server.owner import Owner
+from bioscara.server.stop_socket import StopSocket
 
 _WORKERS = 2
 """Threads for commands that take longer, as planning; likewise for queries."""
@@ -37,7 +41,7 @@ _BEGIN = 30.0
 _PATIENCE = 5.0
 """Time in which it has to send its last messages [s]."""
 _AGAIN = 1.0
-"""Time after which it is started again if it has ended [s]."""
+"""Least time between two starts of it [s]."""
 _RECORDS, _SAMPLES = 1 << 20, 4 << 20
 """Waiting bytes above which records of cycles, and samples, are left out [byte]."""
 _BACKLOG = 128
@@ -94,9 +98,17 @@ class ApiProcess:
             OSError: It cannot be made.
         """
         self._owner.changed = self._changed
+        stops = StopSocket(self._claim, self._group, self._owner.stop_at_once)
+        runner = self._owner.robot.runner
+        runner.observers = (*runner.observers, stops.look)
         await self._begin()
         loop = asyncio.get_running_loop()
-        self._tasks = [loop.create_task(self._tick()), loop.create_task(self._restart())]
+        works = (
+            self._tick(),
+            nursery.supervise(self._report, self._hand_over_nursery),
+            self._supervise(),
+        )
+        self._tasks = [loop.create_task(each) for each in works]
 
     async def close(self) -> None:
         """Let the process send what waits, and end it."""
@@ -120,7 +132,7 @@ class ApiProcess:
         ours, theirs = socket.socketpair()
         handing, taking = socket.socketpair()
         with theirs, taking:
-            spawn(serve_clients, sockets=[theirs, taking])
+            nursery.spawn(serve_clients, sockets=[theirs, taking])
         if self._listeners is not None:
             self._listeners.close()
         self._listeners = handing
@@ -157,7 +169,17 @@ class ApiProcess:
     def _hand_over(self) -> None:
         """Give the socket on which clients connect to the other process."""
         assert self._listeners is not None  # noqa: S101  it has begun
-        socket.send_fds(self._listeners, [b"l"], [self._claim.listener.fileno()])
+        socket.send_fds(self._listeners, [LISTENER], [self._claim.listener.fileno()])
+
+    def _hand_over_nursery(self) -> None:
+        """Let the other process use the nursery that this one has now."""
+        assert self._listeners is not None  # noqa: S101  it has begun
+        # One that has ended gets the nursery from which it begins anew.
+        with suppress(OSError):
+            nursery.hand_over(self._listeners, NURSERY)
+
+    def _report(self, text: str) -> None:
+        self._owner.announce("owner", text)
 
     def _changed(self, has_sample: bool) -> None:
         if (channel := self._channel) is None:
@@ -183,14 +205,17 @@ class ApiProcess:
             except Exception as error:  # noqa: BLE001  tried again; the arm goes on
                 _log.error("%s cannot be made again: %s", self._claim.socket, error)
 
-    async def _restart(self) -> None:
+    async def _supervise(self) -> None:
         """Begin the process again if it has ended: the arm goes on, and leases have lapsed."""
+        loop = asyncio.get_running_loop()
         while True:
             assert self._channel is not None  # noqa: S101  it has begun
-            await self._channel.ended.wait()
-            text = "the process that answers the clients has ended, and is started again"
-            self._owner.announce("owner", text)
-            await asyncio.sleep(_AGAIN)
+            begun = loop.time()
+            await self._channel.until_ended(self._report)
+            self._report("the process that answers the clients has ended, and is started again")
+            await asyncio.sleep(max(begun + _AGAIN - loop.time(), 0.0))
+            # One that hangs is replaced first.
+            await nursery.until_answered()
             try:
                 await self._begin()
             except (BioscaraError, OSError) as error:
@@ -215,6 +240,7 @@ class _Channel(asyncio.Protocol):
         self._owner, self._commands, self._queries = owner, commands, queries
         self._listening = listening
         self.ready, self.ended = asyncio.Event(), asyncio.Event()
+        self._heartbeat = Heartbeat(0, lambda: self.send(c.AskAlive()))
         self._loop = asyncio.get_running_loop()
         self._frames = framing.MessageSplitter(_LONGEST)
         self._transport: asyncio.Transport | None = None
@@ -236,6 +262,30 @@ class _Channel(asyncio.Protocol):
             client.connected, client.gone = False, True
         self.ready.set()
         self.ended.set()
+
+    async def until_ended(self, report: Callable[[str], object]) -> None:
+        """Return when the process has ended; end it if it hangs.
+
+        Args:
+            report: Called with what happens, in words.
+        """
+        what = "the process that answers the clients"
+        ended = self._loop.create_task(self.ended.wait())
+        lost = self._loop.create_task(
+            until_lost(
+                self._heartbeat, lambda: report(f"{what} does not answer, as it gets no processor")
+            )
+        )
+        try:
+            await asyncio.wait((ended, lost), return_when=asyncio.FIRST_COMPLETED)
+            if lost.done() and lost.result() and not self.ended.is_set():
+                report(f"{what} hangs, and is killed")
+                with suppress(ProcessLookupError):
+                    os.kill(self._heartbeat.pid, signal.SIGKILL)
+            await ended
+        finally:
+            for task in (ended, lost):
+                task.cancel()
 
     def close(self) -> None:
         """End the connection, and with it the process."""
@@ -262,7 +312,10 @@ class _Channel(asyncio.Protocol):
                 self._owner.announce(message.what, message.text, message.client)
             case c.LogLine():
                 logging.getLogger(message.logger).log(message.level, "%s", message.text)
+            case c.Alive():
+                self._heartbeat.answer()
             case c.Ready():
+                self._heartbeat.pid = message.pid
                 self._listening()
                 self.ready.set()
 

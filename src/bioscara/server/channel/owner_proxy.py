@@ -43,6 +43,10 @@ _SLOW = 5.0
 """Turns that a question takes which occupies a thread of the owner."""
 _STOP_PERIOD = 0.01
 """Time in which stops that come after another one are passed on as one [s]: one control cycle."""
+SILENCE = 2.0
+"""Time without a message of the owner after which it counts as lost [s]; each cycle has one."""
+_LOOK = 0.25
+"""Period of the look for that [s]."""
 _LONGEST = 256 << 20
 """Longest message of the channel [byte]."""
 _NOTHING = m.TrajectoryValue((), (), (), None, None)
@@ -81,6 +85,7 @@ class OwnerProxy(asyncio.Protocol):
         self.events = Events(lambda: self.sample.time)
         self._loop, self._frames = loop, framing.MessageSplitter(_LONGEST)
         self._transport: asyncio.Transport | None = None
+        self._heard = loop.time()
         self._numbers = itertools.count(1)
         self._pending: dict[int, asyncio.Future[msgspec.Raw]] = {}
         self._budget = Budget()
@@ -130,14 +135,12 @@ class OwnerProxy(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  asyncio's form
         """The process that moves the arm has ended."""
         self._transport = None
-        lost = OwnerLostError(f"the owner of arm {self.name} has ended")
-        for future in self._pending.values():
-            if not future.done():
-                future.set_exception(lost)
+        self._refuse(OwnerLostError(f"the owner of arm {self.name} has ended"))
         self._end()
 
     def data_received(self, data: bytes) -> None:
         """Take messages."""
+        self._heard = self._loop.time()
         for payload in self._frames.feed(data):
             self._receive(c.from_owner_process.decode(payload))
 
@@ -160,6 +163,8 @@ class OwnerProxy(asyncio.Protocol):
                 self.changed(False)
             case c.Record():
                 self.on_record(message.session, message.cycle)
+            case c.AskAlive():
+                self.send(c.Alive())
             case c.Begin():
                 self._begin(message)
             case c.End():
@@ -197,6 +202,30 @@ class OwnerProxy(asyncio.Protocol):
         self._pending[number] = answer
         self.send(message(number))
         return await answer
+
+    async def watch(self) -> None:
+        """Refuse what waits for an answer of the owner, while that is silent for too long."""
+        before = self._loop.time()
+        while True:
+            await asyncio.sleep(_LOOK)
+            now = self._loop.time()
+            if now - before > 2.0 * _LOOK:
+                # This process was suspended, too, and has not read what has come.
+                self._heard = now
+            before = now
+            if (silent := now - self._heard) >= SILENCE:
+                self._refuse(
+                    OwnerLostError(
+                        f"the owner of arm {self.name} has been silent for {silent:.1f} s: it was "
+                        "stopped, or its computer is overloaded"
+                    )
+                )
+
+    def _refuse(self, error: OwnerLostError) -> None:
+        pending, self._pending = self._pending, {}
+        for future in pending.values():
+            if not future.done():
+                future.set_exception(error)
 
     def start(self) -> None:
         """Begin the processes that compute."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import os
-import pwd
 import secrets
 import socket
 
@@ -15,7 +13,7 @@ from bioscara.errors import AccessError, BioscaraError
 from bioscara.server.clients.arm_service import ArmService
 from bioscara.server.clients.connection import AnySample, Connection, Sessions
 from bioscara.server.clients.crowd import Crowd
-from bioscara.server.clients.peer import Peer
+from bioscara.server.clients.peer import Peer, may_use
 
 _POLL = 0.01
 _log = logging.getLogger(__name__)
@@ -75,7 +73,7 @@ class ApiServer:
             AccessError: Its user may not be a client.
         """
         peer = Peer(transport.get_extra_info("socket"))
-        if not self._may(peer.uid, peer.gid):
+        if not may_use(transport.get_extra_info("socket"), self._group):
             peer.close()
             raise AccessError(
                 f"user {peer.uid}, process {peer.pid}, may not use arm {self._service.name}"
@@ -87,17 +85,6 @@ class ApiServer:
         return Connection(
             self._service, self._sessions, self._instance, crowd, peer, only_stop=only_stop
         )
-
-    def _may(self, uid: int, gid: int) -> bool:
-        if uid in {0, os.getuid()}:
-            return True
-        if self._group is None:
-            return False
-        try:
-            name = pwd.getpwuid(uid).pw_name
-        except KeyError:
-            return gid == self._group
-        return self._group in os.getgrouplist(name, gid)
 
     def _changed(self, has_sample: bool) -> None:
         """Send the new sample, or else the new events."""

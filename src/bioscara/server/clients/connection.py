@@ -42,6 +42,9 @@ ANSWERS = 256
 """Number of answers that are kept for each session."""
 SESSIONS = 256
 """Number of sessions that are kept; those with a connection always are."""
+DEAF = 5.0
+"""Time in which a client has to take some of what waits for it, else it is cut off [s]; one that
+was suspended connects again."""
 _EVENTS = 50
 """Events that are sent in a row, before other clients have a turn."""
 
@@ -235,6 +238,7 @@ class Connection(asyncio.Protocol):
         self._subscriptions: dict[type[AnySample], _Subscription] = {}
         self._cursor: int | None = None
         self._patience: asyncio.TimerHandle | None = None
+        self._written = self._taken = 0
 
     @property
     def json(self) -> bool:
@@ -322,11 +326,26 @@ class Connection(asyncio.Protocol):
 
     def pause_writing(self) -> None:
         """The client does not read as fast as it is sent."""
-        self._full = True
+        self._full, self._taken = True, -1
+        self._require_hearing()
+
+    def _require_hearing(self) -> None:
+        """Cut the client off if it has taken nothing since the last look, and else look later."""
+        transport = self._transport
+        if not self._full or transport is None or transport.is_closing():
+            return
+        taken = self._written - transport.get_write_buffer_size()
+        if taken == self._taken:
+            self.cut_off(f"it has read nothing for {DEAF:g} s")
+            return
+        self._taken = taken
+        self._patience = asyncio.get_running_loop().call_later(DEAF, self._require_hearing)
 
     def resume_writing(self) -> None:
         """The client has read everything: send the newest sample."""
         self._full = False
+        if self._patience is not None:
+            self._patience.cancel()
         self._catch_up()
         self._pump()
 
@@ -631,4 +650,5 @@ class Connection(asyncio.Protocol):
         if transport.get_write_buffer_size() > WAITING:
             self.cut_off("it does not read its answers")
             return
+        self._written += len(data)
         transport.write(data)

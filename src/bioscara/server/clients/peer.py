@@ -11,7 +11,40 @@ from collections.abc import Callable
 
 _PEER_PIDFD = 77
 """``SO_PEERPIDFD`` of Linux 6.5 and later, which Python does not name."""
+_PEER_GROUPS = 59
+"""``SO_PEERGROUPS``, which Python does not name."""
+_GROUPS_SIZE = 1024
+"""Size of the groups of a process, of four bytes each; Python takes no more [byte]."""
 _CREDENTIALS = struct.Struct("3i")
+
+
+def credentials(connection: socket.socket) -> tuple[int, int, int]:
+    """Return process, user and group of the other end."""
+    found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    pid, user, group = _CREDENTIALS.unpack(found)
+    return pid, user, group
+
+
+def may_use(connection: socket.socket, group: int | None) -> bool:
+    """Return whether the process at the other end may be a client of an arm of this user.
+
+    The groups are those that the kernel knows of it: to ask for the members of a group may take as
+    long as an answer of the network.
+
+    Args:
+        connection: The connection.
+        group: Number of the group whose members may, too; None for none.
+    """
+    _, user, own = credentials(connection)
+    if user in {0, os.getuid()} or group == own:
+        return True
+    if group is None:
+        return False
+    try:
+        data = connection.getsockopt(socket.SOL_SOCKET, _PEER_GROUPS, _GROUPS_SIZE)
+    except OSError:
+        return False
+    return group in struct.unpack(f"{len(data) // 4}I", data)
 
 
 class Peer:
@@ -24,14 +57,10 @@ class Peer:
     Attributes:
         pid: Number of the process; 0 if it cannot be seen from here, as in another container.
         uid: Its user.
-        gid: The group of its user.
     """
 
     def __init__(self, connection: socket.socket) -> None:
-        credentials = connection.getsockopt(
-            socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size
-        )
-        self.pid, self.uid, self.gid = _CREDENTIALS.unpack(credentials)
+        self.pid, self.uid, _ = credentials(connection)
         self._ended = False
         self._watched: asyncio.AbstractEventLoop | None = None
         try:

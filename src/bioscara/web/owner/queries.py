@@ -9,8 +9,9 @@ from typing import Any
 
 import msgspec
 
-from bioscara.api import framing, messages as m
-from bioscara.errors import OwnerLostError, ProtocolError
+from bioscara.api import framing, messages as m, runtime
+from bioscara.api.direct_stop import USUAL, stop_directly
+from bioscara.errors import AccessError, OwnerLostError, ProtocolError
 from bioscara.web.owner.stream import OwnerStream
 
 _ANSWER_TIMEOUT = 60.0
@@ -85,6 +86,19 @@ class OwnerQueries:
             self._pending.pop(number, None)
             _settle(answer)
 
+    async def stop(self) -> None:
+        """Stop all motion, also where the process that answers the owner's clients hangs.
+
+        Raises:
+            OwnerLostError: The owner does not run, or did not confirm it.
+            RequestFailedError: The owner refused it.
+        """
+        try:
+            async with asyncio.timeout(USUAL):
+                await self.ask(m.StopAll())
+        except (TimeoutError, OwnerLostError):
+            await stop_at_loop(self._arm, self._client, self._session)
+
     async def close(self) -> None:
         """Disconnect."""
         if self._reading is not None:
@@ -137,6 +151,23 @@ class OwnerQueries:
             for future in futures:
                 if not future.done():
                     future.set_exception(lost)
+
+
+async def stop_at_loop(arm: str, client: str, session: str) -> None:
+    """Stop all motion by the owner's second socket.
+
+    Args:
+        arm: Name of the owner.
+        client: Name of the client.
+        session: Name of its session; empty for none.
+
+    Raises:
+        OwnerLostError: The owner does not run, or did not confirm it.
+    """
+    try:
+        await asyncio.to_thread(stop_directly, runtime.find(arm), client, session)
+    except AccessError as error:
+        raise OwnerLostError(str(error)) from error
 
 
 def _settle(future: asyncio.Future[Any]) -> None:

@@ -19,12 +19,14 @@ import msgspec
 from fastapi import WebSocket, WebSocketDisconnect
 
 from bioscara.api import framing, messages as m
+from bioscara.api.direct_stop import USUAL
 from bioscara.api.failures import failure_of
 from bioscara.errors import AccessError, BioscaraError, OwnerLostError, ProtocolError
 from bioscara.printing import printable
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.browser_sessions import BrowserSession, BrowserSessions
 from bioscara.web.owner.outbox import Outbox
+from bioscara.web.owner.queries import stop_at_loop
 from bioscara.web.owner.stream import OwnerStream
 
 SEND_TIMEOUT = 20.0
@@ -38,6 +40,14 @@ _UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1003, 1007, 1008, 1012, 101
 _REFUSAL = b'{"kind":"refusal","id":null,'
 """Begin of a refusal after which the owner ends the connection: a struct begins with its kind."""
 
+
+class _Numbered(msgspec.Struct):
+    """The number that answers have."""
+
+    id: int | None = None
+
+
+_numbered = msgspec.json.Decoder(_Numbered)
 _failed = msgspec.json.Decoder(m.RequestFailed)
 _log = logging.getLogger(__name__)
 
@@ -100,6 +110,9 @@ class Relay:
         self._greeted = False
         self._welcomed = asyncio.Event()
         self._refusal: m.FailureValue | None = None
+        self._hello: m.ClientHello | None = None
+        self._stops: dict[int, asyncio.Task[None]] = {}
+        """What watches each STOP that has no answer yet, by the number of its request."""
 
     async def run(self, sessions: BrowserSessions, session: BrowserSession | None) -> None:
         """Relay until one side ends, then close the WebSocket with the reason.
@@ -124,6 +137,8 @@ class Relay:
             closing = await self._relayed(owner, ends)
         finally:
             owner.close()
+            for task in self._stops.values():
+                task.cancel()
         if closing is not None:
             await self._close(closing)
 
@@ -160,6 +175,11 @@ class Relay:
                     self._refusal = _failed.decode(message).failure
                 else:
                     self._welcomed.set()
+                if self._stops and (answered := self._stops.pop(_answered(message), None)):
+                    if answered.done():
+                        # It was answered here, as this one comes late.
+                        continue
+                    answered.cancel()
                 await self._outbox.put(message)
         except (OSError, ProtocolError, msgspec.DecodeError) as error:
             _log.warning("the connection to the owner of arm %s broke: %s", self._arm, error)
@@ -230,7 +250,8 @@ class Relay:
                 await self._refuse(None, ProtocolError("hello came twice"))
                 return Closing(_REFUSED, "hello came twice")
             self._greeted = True
-            await owner.send(framing.encode_json(self._introduced(message)))
+            self._hello = self._introduced(message)
+            await owner.send(framing.encode_json(self._hello))
             return None
         if not self._greeted:
             await self._refuse(None, ProtocolError("a request came before hello"))
@@ -240,6 +261,9 @@ class Relay:
         elif isinstance(message, m.ClientRequest) and (text := self._beyond_scope(message.command)):
             await self._refuse(message.id, AccessError(text))
         else:
+            if isinstance(message, m.ClientRequest) and _is_stop(message):
+                task = asyncio.get_running_loop().create_task(self._stop_directly(message.id))
+                self._stops[message.id] = task
             if isinstance(message, m.ClientRequest) and isinstance(message.command, m.Pause):
                 payload = framing.encode_json(self._as_author(message))
             # A message to an owner that has refused the hello would break the connection, and its
@@ -247,6 +271,17 @@ class Relay:
             await self._welcomed.wait()
             await owner.send(payload)
         return None
+
+    async def _stop_directly(self, number: int) -> None:
+        """Carry a STOP out at the control loop, if the owner's usual process does not answer."""
+        await asyncio.sleep(USUAL)
+        assert self._hello is not None  # noqa: S101  it has greeted
+        answer: m.Response | m.RequestFailed = m.Response(number, m.Done())
+        try:
+            await stop_at_loop(self._arm, self._hello.client, self._hello.session)
+        except OwnerLostError as error:
+            answer = m.RequestFailed(number, failure_of(error))
+        await self._outbox.put(framing.encode_json(answer))
 
     def _beyond_scope(self, command: m.AnyCommand) -> str:
         """Return why the client may not give a command; empty if it may."""
@@ -298,6 +333,11 @@ async def _signed_out(sessions: BrowserSessions, session: BrowserSession) -> Clo
 
 def _is_stop(message: m.ClientRequest | m.Received) -> bool:
     return isinstance(message, m.ClientRequest) and isinstance(message.command, m.StopAll)
+
+
+def _answered(message: bytes) -> int:
+    """Return the number of the request that a message of the owner answers; 0 if it is none."""
+    return _numbered.decode(message).id or 0
 
 
 def _number(payload: bytes) -> int | None:

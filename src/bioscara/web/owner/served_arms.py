@@ -16,7 +16,7 @@ from bioscara.web.owner.relay import WebClient
 _LOOK = 1.0
 """Time in which an owner has to say how its arm is [s]."""
 _STOP = 2.0
-"""Time in which it has to confirm a stop [s]."""
+"""Time in which the connection of a stop has to end [s]."""
 
 
 class ServedArm(msgspec.Struct, frozen=True):
@@ -135,10 +135,7 @@ class ServedArms:
         # A connection of its own: it waits behind no other request, and has the client's name.
         queries = OwnerQueries(owner.name, client.named("stop"))
         try:
-            async with asyncio.timeout(_STOP):
-                await queries.ask(m.StopAll())
-        except TimeoutError:
-            problem = f"its owner, process {owner.pid}, did not answer in {_STOP:g} s"
+            await queries.stop()
         except (OwnerLostError, RequestFailedError) as error:
             problem = str(error)
         else:

@@ -12,7 +12,7 @@ from fastapi import FastAPI, Header, Response
 
 from bioscara.api import messages as m
 from bioscara.web.owner.queries import OwnerQueries
-from bioscara.web.routes.http import JSON, Viewer, client_of, schema
+from bioscara.web.routes.http import JSON, Viewer, client_of, json, schema
 from bioscara.web.settings import WebSettings
 
 QUESTIONS: dict[str, tuple[Callable[[], m.AnyCommand], type[m.Result], str]] = {
@@ -90,6 +90,7 @@ def _add_stop(app: FastAPI, settings: WebSettings) -> None:
         named = client.session(session) if 0 < len(session) <= m.NAME_MAX else ""
         queries = OwnerQueries(settings.arm, client.named("stop"), named)
         try:
-            return Response(await queries.ask(m.StopAll()), media_type=JSON)
+            await queries.stop()
+            return json(m.Done())
         finally:
             await queries.close()

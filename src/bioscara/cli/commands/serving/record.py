@@ -147,6 +147,7 @@ def run(options: Options, output: Output) -> ExitStatus | None:
 
 def _start(options: Options, output: Output) -> ExitStatus:
     from bioscara.cli.signals import StopRequest
+    from bioscara.processes.child_process import Questions
     from bioscara.recording.writing.folder import RecordingFolder
     from bioscara.recording.writing.owner_recorder import FileLimits
     from bioscara.recording.writing.recorder import record
@@ -154,6 +155,7 @@ def _start(options: Options, output: Output) -> ExitStatus:
     arm = options.arm or DEFAULT
     folder = RecordingFolder(options.out, arm, options.keep)
     limits = FileLimits(options.max_size, options.max_time)
+    Questions().answer_always()
     with StopRequest() as ended:
         try:
             record(arm, folder, limits, ended, output.line, options.camera)

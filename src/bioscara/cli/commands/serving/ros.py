@@ -79,7 +79,10 @@ def run(options: Options, output: Output) -> None:  # noqa: ARG001
         )
     from bioscara.cli.owner_link import owner_name
     from bioscara.cli.signals import StopRequest
+    from bioscara.processes.child_process import Questions
     from bioscara.ros import owner_process
+
+    Questions().answer_always()
 
     arm = (options.arm or DEFAULT) if options.bus else owner_name(options)
     if options.bus:

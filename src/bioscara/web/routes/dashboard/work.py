@@ -6,6 +6,7 @@ In threads it would delay each message that passes between a browser and the own
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Callable
 from functools import partial
 from http import HTTPStatus
@@ -13,7 +14,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from fastapi import Request
 
-from bioscara.processes.nursery import start_early
+from bioscara.processes.nursery import start_early, supervise
 from bioscara.processes.worker_pool import WorkerPool
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.access.guard import Credential, requester
@@ -34,6 +35,7 @@ _MEMORY, _TIMEOUT, _NICE = 1024, 30.0, 5
 _EACH, _MOST = 6, 24
 """Pieces of work of a client that may wait, with those that are done, and of all."""
 
+_log = logging.getLogger(__name__)
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
 
@@ -50,11 +52,14 @@ class Work:
             views: WorkerPool(name, 1, memory=_MEMORY, nice=_NICE, each=_EACH, most=_MOST)
             for views, name in ((True, "viewers"), (False, "operators"))
         }
+        self._supervising: asyncio.Task[None] | None = None
 
     def start(self) -> None:
         """Begin the processes; the first work does that too."""
         for pool in self._pools.values():
             pool.start()
+        loop = asyncio.get_running_loop()
+        self._supervising = loop.create_task(supervise(partial(_log.warning, "%s")))
 
     async def do(
         self, request: Request, function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs
@@ -90,6 +95,8 @@ class Work:
 
     async def close(self) -> None:
         """End the processes, and what they do."""
+        if self._supervising is not None:
+            self._supervising.cancel()
         for pool in self._pools.values():
             await pool.close()
 
