@@ -71,13 +71,14 @@ class WorkerPool:
         self._counts[client] = count + 1
         try:
             worker = await self._turn(client)
-            loop = asyncio.get_running_loop()
-            call = loop.run_in_executor(self._threads, worker.call, timeout, function, *args)
+            begun = self._threads.submit(worker.call, timeout, function, *args)
+            call = asyncio.wrap_future(begun)
             call.add_done_callback(lambda done: self._give_back(worker, done))
             try:
                 return await asyncio.shield(call)
             except asyncio.CancelledError:
-                worker.interrupt()
+                if not begun.cancel():
+                    worker.interrupt()
                 raise
         finally:
             self._counts[client] -= 1
