@@ -144,7 +144,9 @@ def test_a_hanging_gateway_is_replaced_only_if_the_owner_has_begun_it(
     start: Start, folder: Path
 ) -> None:
     owner = served(start, folder, "--with", "web --port 0", "--with", "record")
-    gateways = {each: gateway_of(owner, each) for each in ("web", "record")}
+    names = ("web", "record")
+    eventually(lambda: all(gateway_of(owner, each) for each in names))
+    gateways = {each: gateway_of(owner, each) for each in names}
     by_hand = start(
         *("-m", "bioscara", "web", "--port", "0", "--arm", NAME),
         env=environment(BIOSCARA_RUNTIME=str(folder)),

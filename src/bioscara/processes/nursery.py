@@ -94,8 +94,9 @@ class _Nursery:
         return self._process.pid if self._process is not None else self._child
 
     def _kill(self) -> None:
-        with suppress(ProcessLookupError):
-            os.kill(self._pid, signal.SIGKILL)
+        if pid := self._pid:  # 0 would be this process, with all of its group
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
         if self._child:
             with suppress(ChildProcessError):
                 os.waitpid(self._child, 0)

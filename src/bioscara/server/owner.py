@@ -39,7 +39,7 @@ from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
 from bioscara.server.bench_file import BenchFile
-from bioscara.server.channel.channel_messages import GoalPaths
+from bioscara.server.channel.channel_messages import GoalPaths, KnownFaults
 from bioscara.server.clients.client import Client, Later, NamedClient
 from bioscara.server.clients.events import Events
 from bioscara.server.clients.lease import Lease
@@ -53,8 +53,8 @@ from bioscara.server.simulation import ServedBench
 from bioscara.server.state.joint_reports import JointReports
 from bioscara.server.state.queries import (
     controller_list,
-    fault_list,
     goal_paths,
+    known_faults,
     statistics,
 )
 from bioscara.server.state.sampling import Sampler
@@ -188,15 +188,13 @@ class Owner:
             m.ReleaseLease: self._release,
             m.GetState: lambda *_: self._sampler.now(self.sample),
             m.GetDescription: self._describe,
-            m.GetWorkspace: lambda *_: workspace_value(
-                self._arm.workspace, self._current_revision()
-            ),
+            m.GetWorkspace: lambda *_: self.workspace(),
             m.GetSimulation: lambda *_: self._simulation.state(),
             m.SimulateFault: self._simulate_fault,
             m.SetRealTimeFactor: lambda client, command, _: self._simulation.set_factor(
                 command.real_time_factor, client.name
             ),
-            m.GetFaults: lambda client, *_: fault_list(self._arm, client.session),
+            m.GetFaults: lambda client, *_: known_faults(self._arm).of(client.session),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
             m.Report: self._report,
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
@@ -574,6 +572,17 @@ class Owner:
         # An event in each two seconds, however often it is repeated.
         self._stopped = recent if repeated else {**recent, client.session: now}
         return repeated
+
+    def workspace(self, known: int = 0) -> m.WorkspaceState | None:
+        """Return tool, scene and load; None if they are those with a number that is known."""
+        revision = self._current_revision()
+        return None if revision == known else workspace_value(self._arm.workspace, revision)
+
+    def faults(self, known: object = None) -> tuple[object, KnownFaults | None]:
+        """Return a key of the faults and warnings, and them; None if the key is known."""
+        supervisor = self._arm.stack.supervisor
+        key = supervisor.state, tuple(supervisor.faults), tuple(supervisor.warnings)
+        return key, None if key == known else known_faults(self._arm)
 
     def planning_start(self) -> tuple[Workspace, Joints]:
         """Return tool, scene and load, and where the joints are [rad, m, rad, rad].

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import compress
 from typing import Any
 
 import msgspec
@@ -211,18 +212,43 @@ class EventAdded(ChannelMessage, frozen=True, tag="event_added"):
     event: m.Event
 
 
+class KnownFaults(msgspec.Struct, frozen=True):
+    """The faults, and the warnings of all clients.
+
+    Attributes:
+        list: Them, as a client gets them.
+        authors: The session of the client that each warning concerns alone; empty for all.
+    """
+
+    list: m.FaultList
+    authors: tuple[str, ...]
+
+    def of(self, session: str) -> m.FaultList:
+        """Return the faults, and the warnings that concern a client."""
+        own = [author in {"", session} for author in self.authors]
+        return msgspec.structs.replace(
+            self.list,
+            warnings=tuple(compress(self.list.warnings, own)),
+            warned=tuple(compress(self.list.warned, own)),
+        )
+
+
 class NewSample(ChannelMessage, frozen=True, tag="sample"):
-    """The state at the end of a cycle, and what else is wanted.
+    """The state at the end of a cycle, and what else is new or wanted.
 
     Attributes:
         state: The state.
         controllers: That of the controllers; None while it is not wanted.
         world: The bodies, where there is a new sample of these.
+        faults: The faults and warnings, where they are others than before.
+        workspace: Tool, scene and load, where they are others than before.
     """
 
     state: m.StateSample
     controllers: m.ControllersSample | None
     world: m.WorldSample | None
+    faults: KnownFaults | None
+    workspace: m.WorkspaceState | None
 
 
 class AskAlive(ChannelMessage, frozen=True, tag="ask_alive"):

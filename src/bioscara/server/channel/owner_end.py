@@ -249,6 +249,8 @@ class _Channel(asyncio.Protocol):
         self._cursor, self._pumping = 0, False
         self._workspace: tuple[Workspace | None, bytes] = None, b""
         self._world: m.WorldSample | None = None
+        self._faults: object = None
+        self._revision = 0
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin."""
@@ -280,6 +282,7 @@ class _Channel(asyncio.Protocol):
             await asyncio.wait((ended, lost), return_when=asyncio.FIRST_COMPLETED)
             if lost.done() and lost.result() and not self.ended.is_set():
                 report(f"{what} hangs, and is killed")
+                # Never 0, which would be this process with all of its group: it has answered.
                 with suppress(ProcessLookupError):
                     os.kill(self._heartbeat.pid, signal.SIGKILL)
             await ended
@@ -396,7 +399,10 @@ class _Channel(asyncio.Protocol):
                 world = None
             else:
                 self._world = world
-            self.send(c.NewSample(owner.sample, owner.controllers_sample, world))
+            self._faults, faults = owner.faults(self._faults)
+            if (workspace := owner.workspace(self._revision)) is not None:
+                self._revision = workspace.revision
+            self.send(c.NewSample(owner.sample, owner.controllers_sample, world, faults, workspace))
 
     def send_record(self, session: str, cycle: m.GoalCycle) -> None:
         """Send a record of a cycle, unless too much waits."""

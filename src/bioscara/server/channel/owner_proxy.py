@@ -22,6 +22,7 @@ from bioscara.planning import Trajectory
 from bioscara.processes.worker_pool import WorkerPool
 from bioscara.server.channel import channel_messages as c, work
 from bioscara.server.channel.budget import Budget
+from bioscara.server.channel.known_state import KnownState
 from bioscara.server.clients.client import ConnectedClient, Encoded
 from bioscara.server.clients.events import Events
 from bioscara.server.state.history import StateHistory
@@ -62,7 +63,6 @@ class OwnerProxy(asyncio.Protocol):
         description: Which arm on which bus, in words.
         group: Number of the group whose members may be clients; None for this user alone.
         events: Its latest events.
-        sample: The newest state.
         controllers_sample: The newest sample of the controllers, if that is wanted.
         world_sample: The newest sample of the world, once one was wanted.
         changed: Called with True when there is a new sample, with False when there is a new event.
@@ -75,7 +75,7 @@ class OwnerProxy(asyncio.Protocol):
         loop = asyncio.get_running_loop()
         self.name = self.description = ""
         self.group: int | None = None
-        self.sample: m.StateSample
+        self._known: KnownState
         self.controllers_sample: m.ControllersSample | None = None
         self.world_sample: m.WorldSample | None = None
         self.changed: Callable[[bool], object] = lambda _: None
@@ -147,7 +147,8 @@ class OwnerProxy(asyncio.Protocol):
     def _receive(self, message: Any) -> None:
         match message:
             case c.NewSample():
-                self.sample, self.controllers_sample = message.state, message.controllers
+                self._known.take(message)
+                self.controllers_sample = message.controllers
                 self.world_sample = message.world or self.world_sample
                 self._history.add(message.state)
                 self.changed(True)
@@ -172,7 +173,7 @@ class OwnerProxy(asyncio.Protocol):
 
     def _begin(self, begin: c.Begin) -> None:
         self.name, self.description, self.group = begin.name, begin.arm, begin.group
-        self.sample, self._evidence = begin.sample, begin.evidence
+        self._known, self._evidence = KnownState(begin.sample), begin.evidence
         names = begin.sample.names
         file = os.memfd_create("bioscara-history", os.MFD_CLOEXEC)
         os.ftruncate(file, StateHistory.size(len(names), begin.rate))
@@ -245,6 +246,11 @@ class OwnerProxy(asyncio.Protocol):
             self._wanted = wanted
             self.send(wanted)
 
+    @property
+    def sample(self) -> m.StateSample:
+        """The newest state."""
+        return self._known.sample
+
     def announce(self, what: m.EventKind, text: str, client: str) -> None:
         """Let the owner add an event."""
         self.send(c.AddEvent(what, text, client))
@@ -260,7 +266,7 @@ class OwnerProxy(asyncio.Protocol):
 
     def handle(
         self, client: ConnectedClient, command: m.AnyCommand, epoch: int | None, clients: int
-    ) -> Awaitable[m.AnyResult | Encoded]:
+    ) -> m.AnyResult | Awaitable[m.AnyResult | Encoded]:
         """Carry out a command; arguments and errors as of ``Owner``."""
         answer: Callable[..., Awaitable[m.AnyResult | Encoded]] | None
         if (answer := self._answers.get(type(command))) is not None:
@@ -268,7 +274,10 @@ class OwnerProxy(asyncio.Protocol):
         if isinstance(command, m.GetStatistics):
             return self._statistics(client, command, clients)
         if isinstance(command, m.Query):
-            return self._ask(client, command)
+            known = None
+            if client.session != self._holder:
+                known = self._known.answer(client.session, command)
+            return self._ask(client, command) if known is None else known
         return self._command(client, command, epoch)
 
     async def _command(
@@ -287,7 +296,10 @@ class OwnerProxy(asyncio.Protocol):
             epoch=epoch,
             trajectory=trajectory,
         )
-        data = await self._call(lambda number: msgspec.structs.replace(given, id=number))
+        try:
+            data = await self._call(lambda number: msgspec.structs.replace(given, id=number))
+        finally:
+            self._known.commanded(client.session)
         result: m.AnyResult = c.any_result.decode(data)
         if isinstance(command, m.AcquireLease):
             self._holder = client.session
@@ -438,7 +450,8 @@ class OwnerProxy(asyncio.Protocol):
 
         def settle(task: asyncio.Task[msgspec.Raw]) -> None:
             error = None if task.cancelled() else task.exception()
-            for _, done in waiting.values():
+            for each, done in waiting.values():
+                self._known.commanded(each.session)
                 if done.done():
                     continue
                 if error is not None:

@@ -13,7 +13,7 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.files.regular_file import RegularFile, regular_files
 from bioscara.printing import encodable, printable
 from bioscara.robot.arm import Arm
-from bioscara.server.channel.channel_messages import SHOWN, GoalPaths
+from bioscara.server.channel.channel_messages import SHOWN, GoalPaths, KnownFaults
 from bioscara.server.controllers.loadable_controllers import CLIENT_TYPES
 from bioscara.server.tasks.goals import ClientGoal
 from bioscara.spelling import did_you_mean
@@ -22,16 +22,17 @@ _RECORD_MAX = 16 << 20
 """Longest flight record that is sent [byte]."""
 
 
-def fault_list(arm: Arm, session: str) -> m.FaultList:
-    """Return the faults of an arm, and the warnings that concern a client, by its session."""
+def known_faults(arm: Arm) -> KnownFaults:
+    """Return the faults and warnings of an arm."""
     supervisor = arm.stack.supervisor
-    warnings = [each for each in tuple(supervisor.warnings) if each.author in {"", session}]
-    return m.FaultList(
+    warnings = tuple(supervisor.warnings)
+    faults = m.FaultList(
         supervisor.state,
         tuple(map(fault_value, tuple(supervisor.faults))),
         tuple(map(str, warnings)),
         tuple(warning.time for warning in warnings),
     )
+    return KnownFaults(faults, tuple(warning.author for warning in warnings))
 
 
 def goal_paths(goal: ClientGoal, first: int) -> GoalPaths:
