@@ -1109,14 +1109,12 @@ class Report(Command, frozen=True, tag="report"):
     text: str
 
 
-class GetLog(Command, frozen=True, tag="get_log"):
+class GetLog(Query, frozen=True, tag="get_log"):
     """Ask for :class:`LogLines`.
 
     Attributes:
         after: Number of the line after which to begin.
     """
-
-    scope = Scope.VIEW
 
     after: int = 0
 

@@ -38,8 +38,13 @@ WAITING = 8 << 20
 """Answers that wait for a client to read them, above which it is cut off [byte]."""
 _RECORDS = 256 << 10
 """Waiting bytes above which records of cycles are left out [byte]."""
-ANSWERS = 256
-"""Number of answers that are kept for each session."""
+_WORK_BYTES, _ALL_WORK_BYTES = 1 << 20, 32 << 20
+"""Length of the requests in work of one connection, and of all, above which no more are read of one
+that has some [byte]."""
+_ALL_WAITING = 64 << 20
+"""Answers that wait for all clients, above which the one for which most wait is cut off [byte]."""
+ANSWERS, ANSWER_BYTES = 256, 256 << 10
+"""Number and length of the answers that are kept for each session [byte]."""
 SESSIONS = 256
 """Number of sessions that are kept; those with a connection always are."""
 DEAF = 5.0
@@ -64,6 +69,7 @@ class ClientSession:
     Attributes:
         name: Its random name.
         answers: The latest answers, by the numbers of their requests; None while in work.
+        size: Length of these answers [byte].
         waiting: Connections that wait for an answer, by the number of its request.
         forgotten: Highest number of a request whose answer is not kept any more.
         connections: Its open connections, the newest last.
@@ -72,6 +78,7 @@ class ClientSession:
 
     name: str
     answers: OrderedDict[int, Answer | None] = field(default_factory=OrderedDict)
+    size: int = 0
     waiting: dict[int, list[Callable[[Answer], None]]] = field(default_factory=dict)
     forgotten: int = 0
     connections: list[Connection] = field(default_factory=list)
@@ -105,11 +112,20 @@ class ClientSession:
     def answer(self, number: int, message: Answer) -> None:
         """Keep an answer, and give it to those that wait for it."""
         self.answers[number] = message
-        while len(self.answers) > ANSWERS and next(iter(self.answers.values())) is not None:
-            oldest, _ = self.answers.popitem(last=False)
+        self.size += _size(message)
+        while len(self.answers) > ANSWERS or self.size > ANSWER_BYTES:
+            oldest, dropped = next(iter(self.answers.items()))
+            if dropped is None or oldest == number:
+                break
+            del self.answers[oldest]
+            self.size -= _size(dropped)
             self.forgotten = max(self.forgotten, oldest)
         for waiting in self.waiting.pop(number, ()):
             waiting(message)
+
+
+def _size(answer: Answer) -> int:
+    return len(framing.encode_packed(answer))
 
 
 @dataclass(slots=True)
@@ -234,6 +250,7 @@ class Connection(asyncio.Protocol):
         self.session, self.name = "", ""
         self._finishing: set[asyncio.Task[None]] = set()
         self._kept: set[asyncio.Task[None]] = set()
+        self._work_bytes = 0
         self._full = self._resting = self._pumping = False
         self._subscriptions: dict[type[AnySample], _Subscription] = {}
         self._cursor: int | None = None
@@ -295,7 +312,7 @@ class Connection(asyncio.Protocol):
                 if transport.is_closing():
                     return
                 self._frames.longest = framing.REQUEST_MAX
-                if self._share.used_up or self._in_work >= _MOST:
+                if self._share.used_up or self._is_busy:
                     break
         except ProtocolError as error:
             self._reject(None, error)
@@ -305,13 +322,19 @@ class Connection(asyncio.Protocol):
     def _in_work(self) -> int:
         return len(self._finishing) + len(self._kept)
 
+    @property
+    def _is_busy(self) -> bool:
+        """Whether so much is in work that no more is read."""
+        size, crowded = self._work_bytes, self._crowd.work_bytes > _ALL_WORK_BYTES
+        return self._in_work >= _MOST or size > _WORK_BYTES or (size > 0 and crowded)
+
     def _rest(self) -> None:
         """Read on once the client has a share of this process again, and waits for less."""
         transport = self._transport
         wait = self._share.rest()
         if transport is None or transport.is_closing() or self._resting:
             return
-        if wait > 0.0 or self._in_work >= _MOST:
+        if wait > 0.0 or self._is_busy:
             self._resting = True
             transport.pause_reading()
             if wait > 0.0:
@@ -319,7 +342,7 @@ class Connection(asyncio.Protocol):
 
     def _go_on(self) -> None:
         """Take the bytes that have come already."""
-        if self._transport is not None and self._resting and self._in_work < _MOST:
+        if self._transport is not None and self._resting and not self._is_busy:
             self._resting = False
             self._transport.resume_reading()
             self.data_received(b"")
@@ -388,7 +411,7 @@ class Connection(asyncio.Protocol):
         elif isinstance(message, m.Leave):
             self._owner.state_of(self.session, connected=False, gone=True, forgotten=False)
         else:
-            self._request(self._session, message)
+            self._request(self._session, message, len(payload))
 
     def _readable_number(self, payload: bytes) -> int | None:
         """Return the number of a request that is otherwise wrong; None if it has none."""
@@ -433,7 +456,7 @@ class Connection(asyncio.Protocol):
         self._send(welcome)
         self._crowd.announce(f"{self.name} has connected", self.name)
 
-    def _request(self, session: ClientSession, request: m.ClientRequest) -> None:
+    def _request(self, session: ClientSession, request: m.ClientRequest, size: int) -> None:
         number, command = request.id, request.command
         match command:
             case m.Recall():
@@ -464,10 +487,16 @@ class Connection(asyncio.Protocol):
             # A command goes on without its client, and keeps its answer.
             finishing = self._kept if keep else self._finishing
             finishing.add(task)
+            self._add_work(size)
             task.add_done_callback(finishing.discard)
+            task.add_done_callback(lambda _: self._add_work(-size))
             task.add_done_callback(lambda _: self._go_on())
         else:
             answer(m.Response(number, result))
+
+    def _add_work(self, size: int) -> None:
+        self._work_bytes += size
+        self._crowd.work_bytes += size
 
     async def _finish(
         self,
@@ -652,3 +681,10 @@ class Connection(asyncio.Protocol):
             return
         self._written += len(data)
         transport.write(data)
+        if self.waiting > _ALL_WAITING // 64:
+            self._crowd.limit_waiting(_ALL_WAITING)
+
+    @property
+    def waiting(self) -> int:
+        """Length of the answers that wait for the client [byte]."""
+        return 0 if self._transport is None else self._transport.get_write_buffer_size()

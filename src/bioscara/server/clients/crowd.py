@@ -32,12 +32,13 @@ class Crowd:
     Attributes:
         connections: The open connections.
         resting: Number of connections that wait for their share.
+        work_bytes: Length of all requests in work [byte].
     """
 
     def __init__(self, service: ArmService) -> None:
         self._service = service
         self.connections: set[Connection] = set()
-        self.resting = 0
+        self.resting = self.work_bytes = 0
         self._told, self._untold = 0, 0
         self._timer: asyncio.TimerHandle | None = None
 
@@ -53,6 +54,16 @@ class Crowd:
         reserved = [each for each in self.connections if each.only_stop and not each.ending]
         if len(reserved) >= RESERVED:
             min(reserved, key=lambda each: each.number).cut_off("a newer one has its place")
+
+    def limit_waiting(self, most: int) -> None:
+        """Cut the client off for which most waits, if more waits for all of them.
+
+        Args:
+            most: Largest length of the answers that wait [byte].
+        """
+        if sum(each.waiting for each in self.connections) > most:
+            fullest = max(self.connections, key=lambda each: each.waiting)
+            fullest.cut_off("it does not read its answers, and too much waits for all clients")
 
     def full(self) -> BusyOwnerError:
         """Return the refusal of a client that may only send STOP."""

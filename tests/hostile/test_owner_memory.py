@@ -1,0 +1,84 @@
+"""The process of the clients keeps little, however much its clients ask and send."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from bioscara.api import messages as m
+from hostile.moving_arm import memory_of
+from hostile.owner_flood import QUESTIONS
+from programs import environment, wait_for_line
+from served import NAME, RawClient, runtime_folder
+
+Start = Callable[..., subprocess.Popen[str]]
+BLOCK = 16
+"""Questions of each client that wait at once."""
+LINES = 2000
+"""Lines of the log, all that are kept, each as long as a client may report."""
+
+
+@pytest.fixture
+def owner(start: Start, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    with runtime_folder() as folder:
+        process = start(
+            *("-m", "bioscara", "serve", "--name", NAME, "--homed"),
+            env=environment(BIOSCARA_RUNTIME=str(folder)),
+            cwd=tmp_path,
+            stderr=subprocess.DEVNULL,
+        )
+        wait_for_line(process, "is served")
+        yield process
+
+
+def clients_process(owner: subprocess.Popen[str]) -> int:
+    """Return the process of the clients."""
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        pid, _, rest = path.read_text().partition(" (")
+        name, _, fields = rest.rpartition(") ")
+        if name == "bioscara-api" and int(fields.split()[2]) == owner.pid:
+            return int(pid)
+    raise AssertionError("there is no process of the clients")
+
+
+def ask(clients: list[RawClient], chance: random.Random, count: int) -> None:
+    """Let the clients ask together as many questions; each kind equally often."""
+
+    def block(client: RawClient, questions: list[m.AnyCommand]) -> None:
+        numbers = [client.begin(each) for each in questions]
+        for number in numbers:
+            client.answer(number)
+        client.events.clear()
+        client.samples.clear()
+
+    with ThreadPoolExecutor(len(clients)) as threads:
+        for _ in range(count // (BLOCK * len(clients))):
+            questions = chance.choices(QUESTIONS, k=BLOCK)
+            for done in [threads.submit(block, client, questions) for client in clients]:
+                done.result()
+
+
+@pytest.mark.thorough
+@pytest.mark.timeout(600)
+def test_forty_thousand_questions_of_eight_viewers_leave_little(
+    owner: subprocess.Popen[str],
+) -> None:
+    chance, process = random.Random(1), clients_process(owner)
+    with ExitStack() as stack:
+        clients = [stack.enter_context(RawClient(f"viewer {number}")) for number in range(8)]
+        before = memory_of(process)
+        for _ in range(LINES // 8):
+            for client in clients:
+                client.request(m.Report("r" * 500))
+        ask(clients, chance, 20_000)
+        first = memory_of(process) - before
+        ask(clients, chance, 20_000)
+        second = memory_of(process) - before
+        assert first < 150 << 20, f"{first / 2**20:.0f} MiB"
+        assert second < first + (5 << 20), f"{first / 2**20:.0f}, {second / 2**20:.0f} MiB"
