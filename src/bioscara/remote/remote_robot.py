@@ -41,7 +41,7 @@ from bioscara.kinematics import Joints, Pose
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.motions.jog import JointVelocity
+from bioscara.planning.motions.jog import JointVelocity, require_velocity
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
@@ -432,6 +432,7 @@ class RemoteRobot(ArmMethods):
                 if velocity is None:
                     self._command(m.EndJog(operation.goal))
                     return
+                velocity = require_velocity(velocity)
                 if isinstance(velocity, JointVelocity):
                     self._command(m.SetJogVelocity(goal=operation.goal, joints=velocity))
                 else:

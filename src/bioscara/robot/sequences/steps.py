@@ -219,7 +219,9 @@ class Run(NamedTuple):
         """
         if len(self.steps) == 1:
             return self.steps[0].task
-        return tasks.MoveSequence(waypoints=(*self._waypoints(planner),))
+        waypoints = (*self._waypoints(planner),)
+        with about(self.first, len(self.steps)):
+            return tasks.MoveSequence(waypoints=waypoints)
 
     def _waypoints(self, planner: Planner) -> Iterator[Waypoint]:
         last = self.steps[-1]
