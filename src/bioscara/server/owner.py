@@ -21,7 +21,6 @@ from bioscara.errors import (
     ConflictError,
     InvalidArgumentError,
     LeaseError,
-    MotionCancelledError,
     NotInitializedError,
 )
 from bioscara.kinematics import Joints
@@ -147,7 +146,6 @@ class Owner:
             poses,
             zones,
         )
-        self._stops = 0
         self._stopped: dict[str, float] = {}
         """When each client stopped the arm last, since something began [s]."""
         self._taken = 0
@@ -437,11 +435,10 @@ class Owner:
             client: The client that begins it.
             epoch: Epoch of its lease.
         """
-        stops = self._stops
+        call = self._arm.stops.call()
 
         def check() -> None:
-            if self._stops != stops:
-                raise MotionCancelledError(f"{name} was stopped before anything moved")
+            call.require(name)
             if (self.lease.epoch, self.lease.holder) != (epoch, client.session):
                 raise LeaseError(f"{name}: the lease ended before anything moved")
 
@@ -533,7 +530,6 @@ class Owner:
 
     def _stop(self, client: Client, *_: object) -> None:
         # First the arm, then all else.
-        self._stops += 1
         self.robot.stop()
         holder, repeated = self.lease.holder, self._is_repeated(client)
         text = f"{client.name} stopped all motion"
