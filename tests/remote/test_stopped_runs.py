@@ -83,24 +83,29 @@ def test_a_stop_ends_a_sequence_and_nothing_moves_afterwards(start: Start, tmp_p
 
 
 def test_a_stop_between_the_requests_of_one_call_ends_it() -> None:
-    times = np.linspace(0.0, 600.0, 60_001)
-    goal = np.array(HALF) + np.array([0.4, 0.0, 0.0, 0.0])
-    share = (0.5 - 0.5 * np.cos(np.pi * times / times[-1]))[:, None]
-    slow = Trajectory(NAMES, times, HALF + share * (goal - HALF))
-    with arm_served(speed=5.0) as served, RemoteRobot(NAME) as robot:
-        ended: list[BaseException] = []
+    begun = threading.Event()
 
-        def follow(begun: threading.Event) -> None:
-            with robot.one_call():
+    class Sent(Trajectory):
+        def __getattribute__(self, name: str) -> object:
+            if name == "positions":
                 begun.set()
-                try:
-                    robot.follow(slow, approach=True)
-                except BaseException as error:  # noqa: BLE001  compared below
-                    ended.append(error)
+            return super().__getattribute__(name)
 
+    times = np.linspace(0.0, 600.0, 60_001)
+    share = (0.5 - 0.5 * np.cos(np.pi * times / times[-1]))[:, None]
+    slow = Sent(NAMES, times, HALF + share * (0.4, 0.0, 0.0, 0.0))
+    ended: list[BaseException] = []
+
+    def follow() -> None:
+        try:
+            robot.follow(slow, approach=True)
+        except BaseException as error:  # noqa: BLE001  compared below
+            ended.append(error)
+
+    with arm_served(speed=5.0) as served, RemoteRobot(NAME) as robot:
         for delay in (0.0, 0.002, 0.01, 0.05, 0.1, 0.2, 0.4, 0.8):
-            begun = threading.Event()
-            thread = threading.Thread(target=follow, args=(begun,))
+            begun.clear()
+            thread = threading.Thread(target=follow)
             thread.start()
             begun.wait()
             time.sleep(delay)
