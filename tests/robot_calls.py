@@ -91,6 +91,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         ),
         "Robot.move_named": (robot.move_named, {"name": "center", **MOVED}),
         "Robot.unfold": (robot.unfold, MOVED),
+        "Robot.rest": (robot.rest, {"seconds": 0.3, **WATCHED}),
         "Robot.do": (robot.do, {"task": Unfold(), **WATCHED}),
         "Robot.move_sequence": (robot.move_sequence, {"waypoints": [waypoint], **MOVED}),
         "Robot.jog": (robot.jog, {"velocities": lambda: None, **WATCHED}),

@@ -322,6 +322,19 @@ def test_requests_that_cannot_be_sent_are_refused_at_once(served: Served, robot:
     assert served.owner.goals.last == goals + 1
 
 
+def test_a_request_that_is_not_admitted_is_not_sent(served: Served) -> None:
+    def refuse() -> None:
+        raise MotionCancelledError("stopped")
+
+    link, begin = OwnerLink(NAME, lambda _: None, lambda _: None), served.owner.events.last
+    link.open()
+    with closing(link):
+        with pytest.raises(MotionCancelledError, match="stopped"):
+            link.request(m.StopAll(), admit=refuse)
+        link.request(m.Report("sent"))
+        assert "stop" not in {event.what for event in events_since(served, begin)}
+
+
 def test_a_callback_of_the_connection_cannot_wait_for_it(robot: Any) -> None:
     raised: list[BaseException] = []
     operation = robot.move_relative(z=0.001, wait=False)

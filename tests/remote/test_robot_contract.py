@@ -43,7 +43,7 @@ from bioscara.errors import (
     ZoneError,
 )
 from bioscara.kinematics import Joints, Pose
-from bioscara.planning import Trajectory, Waypoint
+from bioscara.planning import Motion, Trajectory, Waypoint
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
@@ -60,6 +60,7 @@ from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import SimulatedArm
 from bioscara.web.gateway import Gateway, GatewaySettings
+from entries import entry
 from programs import wait_until
 from served import HALF, NAME, arm_served, eventually
 from simulated import NAMES
@@ -437,6 +438,41 @@ def test_a_jog_says_while_it_runs_and_afterwards_why_it_is_held(robot: Any) -> N
     assert str(operation.limitation) == expected
     left = [JointVelocity(0.1)] * 20
     assert robot.jog(lambda: left.pop() if left else None).limitation is None
+
+
+PLACE = 0.4, 0.2, 0.25, 0.0
+NO_VELOCITIES: tuple[Any, ...] = (
+    (0.1, 0.0, 0.0, 0.0), [0.1, 0.0, 0.0, 0.0], np.array([0.1, 0.0, 0.0, 0.0]), {"x": 0.1}, 1, "",
+    False, (),
+    np.array(None), Pose(0.1, 0.0, 0.0), ToolVelocity(math.nan), JointVelocity(0.1, None),  # type: ignore[arg-type]
+)  # fmt: skip
+NO_WAYPOINTS: tuple[Any, ...] = (
+    PLACE, Pose(*PLACE), Waypoint(PLACE), Waypoint([*PLACE]), Waypoint(np.array(PLACE)),  # type: ignore[arg-type]
+    Waypoint({"x": 0.4}), Waypoint(None), Waypoint(Pose(*PLACE), "lin"),  # type: ignore[arg-type]
+    Waypoint(Pose(math.nan, 0.2, 0.25)), Waypoint(Pose(*PLACE), Motion.CIRC, via=PLACE),  # type: ignore[arg-type]
+)  # fmt: skip
+
+
+def test_velocities_and_waypoints_are_refused_as_by_a_robot_of_this_process(arm: Arm) -> None:
+    before = arm.own.state.positions
+
+    def refusal(robot: Any, kind: str, value: object) -> tuple[type[Exception], str]:
+        left = [value] * 20
+        with pytest.raises(InvalidArgumentError) as refused:
+            robot.move_sequence([value]) if kind == "waypoint" else robot.jog(
+                lambda: left.pop() if left else None
+            )
+        return refused.type, str(refused.value)
+
+    for kind, values in (("velocity", NO_VELOCITIES), ("waypoint", NO_WAYPOINTS)):
+        for value in values:
+            with entry(repr(value)):
+                assert refusal(arm.robot, kind, value) == refusal(arm.own, kind, value)
+                assert arm.own.state.positions == pytest.approx(before, abs=1e-4)
+    for made in (m.Jog, lambda **given: m.SetJogVelocity(goal=1, **given)):
+        for given in ({"tool": PLACE}, {"joints": PLACE}, {"tool": JointVelocity(0.1)}):
+            with pytest.raises(InvalidArgumentError, match=r"; give (Tool|Joint)Velocity$"):
+                made(**given)
 
 
 def test_a_jog_whose_source_raises_ends_with_that(robot: Any) -> None:

@@ -45,6 +45,17 @@ def test_a_stop_of_another_program_ends_the_motion_and_the_lease(arm: Served) ->
         first.move_relative(z=-0.01)
 
 
+def test_a_program_cancels_its_own_motions_alone(arm: Served) -> None:
+    with RemoteRobot(NAME) as first, RemoteRobot(NAME) as second:
+        motion = first.move_relative(z=-0.01, velocity_scaling=0.05, wait=False)
+        second.cancel()
+        motion.result(timeout=20.0)
+        motion = first.move_relative(z=0.01, velocity_scaling=0.05, wait=False)
+        first.cancel()
+        with pytest.raises(MotionCancelledError):
+            motion.result(timeout=20.0)
+
+
 def test_a_pause_is_lifted_by_its_program_or_by_the_one_that_commands(arm: Served) -> None:
     with RemoteRobot(NAME) as first, RemoteRobot(NAME) as second:
         motion = first.move_relative(z=-0.05, velocity_scaling=0.5, wait=False)

@@ -29,11 +29,12 @@ from bioscara.physics.bodies import BodyPose, BodyShape
 from bioscara.planning import Sample
 from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
-from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.report import CycleRecord
 from bioscara.robot import tasks
 from bioscara.robot.operations.running import Status
+from bioscara.robot.tasks.checks import check_fields
+from bioscara.robot.tasks.fields import OfJoints, OfTool
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Task
 from bioscara.robot.tasks.workspace import WorkspaceChange
@@ -363,8 +364,8 @@ class Jog(OwnerTask, frozen=True, tag="jog"):
     """
 
     expiry: float | None = None
-    joints: JointVelocity | None = None
-    tool: ToolVelocity | None = None
+    joints: OfJoints | None = None
+    tool: OfTool | None = None
 
 
 class SetScene(WorkspaceChange, frozen=True, kw_only=True, tag="set_scene"):
@@ -487,8 +488,11 @@ class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity")
     needs_lease = True
 
     goal: int
-    joints: JointVelocity | None = None
-    tool: ToolVelocity | None = None
+    joints: OfJoints | None = None
+    tool: OfTool | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
 
 class GoalCommand(Command, frozen=True):

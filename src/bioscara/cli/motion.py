@@ -44,7 +44,6 @@ class Progress:
 
     Args:
         robot: The arm.
-        cancelled: Returns whether to stop.
         observer: Shows the cycles.
         keyboard: Its keys pause the motion and continue it; None for no keys.
 
@@ -56,12 +55,10 @@ class Progress:
     def __init__(
         self,
         robot: ArmMethods,
-        cancelled: StopRequest,
         observer: Observer,
         keyboard: Keyboard | None = None,
     ) -> None:
-        self._robot, self._cancelled, self._observer = robot, cancelled, observer
-        self._keyboard = keyboard
+        self._robot, self._observer, self._keyboard = robot, observer, keyboard
         self._new = NewWarnings(robot)
         self.begun = False
         self.warnings: list[str] = []
@@ -78,8 +75,6 @@ class Progress:
         """Accept a cycle, as ``on_cycle`` of a motion."""
         self.begun = True
         self._observer.cycle(record)
-        if self._cancelled():
-            self._robot.stop()
         for key in self._keyboard.read() if self._keyboard else ():
             self.press(key)
         self.show_warnings()
@@ -138,7 +133,7 @@ def carry_out(
 
     Args:
         robot: The arm.
-        cancelled: Returns whether to stop.
+        cancelled: The signals that stop it.
         options: Parsed options.
         output: Output for messages to the user.
         motion: Moves the arm.
@@ -155,9 +150,10 @@ def carry_out(
     progress: Progress | None = None
     try:
         with Observer(view) as observer:
-            progress = Progress(robot, cancelled, observer, keyboard=keyboard)
+            progress = Progress(robot, observer, keyboard)
             try:
-                motion(progress)
+                with cancelled.ending_calls_of(robot):
+                    motion(progress)
             finally:
                 progress.show_warnings()
     except MotionCancelledError as error:

@@ -18,7 +18,7 @@ from bioscara.robot import tasks
 from bioscara.robot.sequences.dry_run import Verdict, dry_run, joined
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import sequence_of_text, text_of_sequence
-from bioscara.robot.sequences.steps import Wait, sequence_of, values_of
+from bioscara.robot.sequences.steps import sequence_of, values_of
 from bioscara.robot.workspace.workspace import Workspace
 
 BODY_MAX = SIZE_MAX
@@ -47,7 +47,7 @@ class StepVerdict(msgspec.Struct, frozen=True):
         duration: How long they take [s]; null if they are refused.
         notes: Notes on the plan.
         failure: Why they are refused, or null.
-        task: The task of an owner that carries them out; null for a wait, or if they are refused.
+        task: The task of an owner that carries them out; null if they are refused.
     """
 
     first: int
@@ -148,5 +148,5 @@ def _verdict(verdict: Verdict) -> StepVerdict:
         None if refused else verdict.duration,
         verdict.notes,
         None if verdict.error is None else failure_of(verdict.error),
-        None if refused or isinstance(verdict.task, Wait) else verdict.task,
+        None if refused else verdict.task,
     )

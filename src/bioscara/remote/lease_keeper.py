@@ -8,6 +8,7 @@ from contextlib import suppress
 from bioscara.api import messages as m
 from bioscara.errors import BioscaraError, LeaseError, OwnerLostError
 from bioscara.remote.link import PATIENCE, OwnerLink
+from bioscara.robot.stops import Stops
 
 TIME_TO_LIVE = 2.0
 """Time for which the owner waits for a client that is silent [s]."""
@@ -22,14 +23,14 @@ class LeaseKeeper:
     automatically: the program may not know that the arm was stopped.
 
     Attributes:
-        stops: Number of stops that this client has seen.
+        stops: The stops that this client has requested or seen.
     """
 
     def __init__(self, link: OwnerLink) -> None:
         self._link = link
         self._epoch: int | None = None
         self._lost = ""
-        self.stops = 0
+        self.stops = Stops()
         self._ended = threading.Event()
         self._lock = threading.Lock()
 
@@ -103,7 +104,8 @@ class LeaseKeeper:
 
     def note(self, event: m.Event) -> None:
         """Take an event that concerns the lease."""
-        self.stops += event.what == "stop"
+        if event.what == "stop":
+            self.stops.note()
         lease, epoch = event.lease, self._epoch
         if lease is None or epoch is None:
             return

@@ -49,15 +49,16 @@ _log = logging.getLogger(__name__)
 class _Pending:
     """A request whose answer has not come."""
 
-    __slots__ = ("answer", "arrived", "come", "data", "request", "tries")
+    __slots__ = ("admit", "answer", "arrived", "come", "data", "request", "tries")
 
     def __init__(
         self,
         request: m.ClientRequest,
         encoded: Callable[[object], bytes],
         arrived: Callable[[m.AnyResult], object] | None,
+        admit: Callable[[], object],
     ) -> None:
-        self.request, self.arrived = request, arrived
+        self.request, self.arrived, self.admit = request, arrived, admit
         try:
             self.data = encoded(request)
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
@@ -76,6 +77,15 @@ class _Pending:
         self.come = threading.Event()
         self.answer: m.AnyResult | Exception | None = None
         self.tries = 1
+
+    def admitted(self) -> bool:
+        """Return whether it may be sent; if not, it fails with the reason."""
+        try:
+            self.admit()
+        except BioscaraError as error:
+            self.settle(error)
+            return False
+        return True
 
     def settle(self, answer: m.AnyResult | Exception) -> None:
         if self.arrived is not None and not isinstance(answer, Exception):
@@ -233,6 +243,7 @@ class OwnerLink:
         epoch: int | None = None,
         *,
         arrived: Callable[[m.AnyResult], object] | None = None,
+        admit: Callable[[], object] = lambda: None,
         timeout: float | None = None,
     ) -> m.AnyResult:
         """Send a request and return its result.
@@ -243,6 +254,9 @@ class OwnerLink:
             arrived: Called with the result when it comes, also if this call was interrupted before,
                 as by Ctrl-C; in the thread of the connection, so that it must not make requests.
                 An interrupted call waits for it, unless that is interrupted too.
+            admit: Called before it is sent, after all that is sent before it, and raises a
+                BioscaraError to refuse it; likewise in the thread of the connection if it is sent
+                again.
             timeout: Longest time to wait for the answer [s]; None for a minute.
 
         Raises:
@@ -259,10 +273,11 @@ class OwnerLink:
             self.require_heard()
         timeout = _ANSWER_TIMEOUT if timeout is None else timeout
         request = m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch)
-        pending = _Pending(request, self._transport.encoded, arrived)
+        pending = _Pending(request, self._transport.encoded, arrived, admit)
         self._register(pending)
         try:
-            self._write(pending.data, urgent=isinstance(command, m.StopAll))
+            urgent = isinstance(command, m.StopAll)
+            self._write(pending.data, urgent=urgent, wanted=pending.admitted)
             come = self._wait(pending, timeout)
         except BaseException:
             # Without a callback the answer is of no use any more.
@@ -398,8 +413,10 @@ class OwnerLink:
         self._heard = time.monotonic()
         return messages
 
-    def _write(self, data: bytes, *, urgent: bool = False) -> None:
-        """Send a message; an urgent one does not wait for others."""
+    def _write(
+        self, data: bytes, *, urgent: bool = False, wanted: Callable[[], bool] = lambda: True
+    ) -> None:
+        """Send a message, unless it is not wanted then; an urgent one does not wait for others."""
         connection = self._connection
         if connection is None:
             return
@@ -409,8 +426,8 @@ class OwnerLink:
             # The owner does not take the message of another thread.
             return
         try:
-            if connection is not self._connection:
-                # Its answer is asked for on the new one.
+            # On a new connection its answer is asked for.
+            if connection is not self._connection or not wanted():
                 return
             try:
                 connection.send(data)
@@ -529,7 +546,7 @@ class OwnerLink:
             )
             return
         pending.tries += 1
-        self._write(pending.data)
+        self._write(pending.data, wanted=pending.admitted)
 
     def _fail(self, error: OwnerLostError) -> None:
         with self._opening:

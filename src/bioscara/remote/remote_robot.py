@@ -9,6 +9,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any, ClassVar, Self, TypeVar
 
 from bioscara.api import messages as m
@@ -41,7 +42,7 @@ from bioscara.kinematics import Joints, Pose
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.motions.jog import JointVelocity
+from bioscara.planning.motions.jog import JointVelocity, require_velocity
 from bioscara.planning.motions.jog_limitation import JogLimitation
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
@@ -56,6 +57,7 @@ from bioscara.robot.operations.motions.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.operations.running import Status
 from bioscara.robot.robot_gripper import RobotGripper
+from bioscara.robot.stops import Call, Stops
 from bioscara.robot.tasks.task import Conditions, require_task
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
@@ -205,15 +207,12 @@ class RemoteRobot(ArmMethods):
         """
         self._require_open()
         flag("force", force)
-        stops = self._lease.stops
-
-        def stopped() -> bool:
-            return self._lease.stops != stops
+        call = self._lease.stops.call()
 
         def attempt() -> None:
-            if not stopped():
+            if not call.stopped:
                 self._lease.acquire(force=force)
-            if stopped():
+            if call.stopped:
                 # The stop ended the lease that this program waited for: it would move the arm.
                 self._lease.release()
                 raise LeaseError(
@@ -221,7 +220,7 @@ class RemoteRobot(ArmMethods):
                     "acquire_lease() once the arm is safe to move again"
                 )
 
-        _retried(attempt, LeaseError, _timeout(timeout), stopped)
+        _retried(attempt, LeaseError, _timeout(timeout), lambda: call.stopped)
 
     def release_lease(self) -> None:
         """Let other programs command the arm; the motions of this one are stopped."""
@@ -391,7 +390,18 @@ class RemoteRobot(ArmMethods):
 
     def stop(self) -> None:
         self._require_open()
+        # First: what begins from now on is refused by this.
+        self._lease.stops.note()
         self._link.stop()
+
+    def cancel(self) -> None:
+        self._lease.stops.note()
+        if self._lease.held is not None:
+            self._link.stop()
+
+    @property
+    def _stops(self) -> Stops:
+        return self._lease.stops
 
     def pause(self) -> None:
         self._ask(m.Pause(), m.Done)
@@ -433,6 +443,7 @@ class RemoteRobot(ArmMethods):
                 if velocity is None:
                     self._command(m.EndJog(operation.goal))
                     return
+                velocity = require_velocity(velocity)
                 if isinstance(velocity, JointVelocity):
                     self._command(m.SetJogVelocity(goal=operation.goal, joints=velocity))
                 else:
@@ -454,8 +465,10 @@ class RemoteRobot(ArmMethods):
         planned: bool,
         wait: bool,
     ) -> RemoteOperation[None]:
-        task = self._follow_task(trajectory, approach=flag("approach", approach), planned=planned)
-        return self._begin(task, conditions, wait=wait)
+        approach = flag("approach", approach)
+        with self.one_call():
+            task = self._follow_task(trajectory, approach=approach, planned=planned)
+            return self._begin(task, conditions, wait=wait)
 
     def _follow_task(self, trajectory: object, *, approach: bool, planned: bool) -> m.Follow:
         """Return the task to follow a trajectory, whose first parts are uploaded before."""
@@ -500,17 +513,20 @@ class RemoteRobot(ArmMethods):
         if on_cycle is not None:
             function("on_cycle", on_cycle)
         self._require_open()
+        call = self._lease.stops.call()
         called(name := f"{task.call()}()")
         command = m.Start(task=task, timeout=timeout, records=on_cycle is not None)
         observed = wait or on_cycle is not None
         beginning = Beginning(lambda answer: self._operation(answer, on_cycle, observed=observed))
         try:
             try:
-                self._link.request(command, self._lease.epoch(), arrived=beginning.take)
+                self._request_start(command, call, name, beginning)
             except BioscaraError as error:
                 refused(name, error)
                 raise
             operation = beginning.operation
+            if call.stopped:
+                operation.cancel()
             with logged(operation, wait=wait):
                 if begun is not None:
                     begun(operation)
@@ -524,6 +540,17 @@ class RemoteRobot(ArmMethods):
             beginning.interrupt(error)
             raise
         return operation
+
+    def _request_start(self, command: m.Start, call: Call, name: str, beginning: Beginning) -> None:
+        admit = partial(call.require, name)
+        try:
+            admit()
+            epoch = self._lease.epoch()
+            self._link.request(command, epoch, arrived=beginning.take, admit=admit)
+        except LeaseError:
+            # A stop of another client has ended the lease.
+            admit()
+            raise
 
     def _jaws(self) -> tuple[float, tuple[float, float]]:
         return self._sample().width, self.workspace.widths

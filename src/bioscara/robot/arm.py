@@ -17,6 +17,7 @@ from bioscara.robot.connection.stack import Stack
 from bioscara.robot.operations.arbiter import Arbiter, Claim, Device
 from bioscara.robot.operations.running import Running
 from bioscara.robot.planner import Planner, planned_here
+from bioscara.robot.stops import Stops
 from bioscara.robot.turn import Turn
 from bioscara.robot.workspace.jaw_widths import JawWidths
 from bioscara.robot.workspace.workspace import Workspace
@@ -66,6 +67,7 @@ class Arm:
         arbiter: Admits one operation to each device.
         turn: Which thread runs the control loop.
         begun: The operations that have begun and not ended; of the runner.
+        stops: The stops that were requested.
         jaws: The widths that the gripper's jaws may have.
         bent_elbow: Position of j3 when the elbow was bent last, to either side [rad]; None if it
             was not yet.
@@ -84,7 +86,7 @@ class Arm:
     ) -> None:
         self.session, self._workspace = session, workspace
         self.jaws = JawWidths(session.gripper, session.parameters.gripper)
-        self.arbiter, self.turn = Arbiter(), Turn()
+        self.arbiter, self.turn, self.stops = Arbiter(), Turn(), Stops()
         self.begun: tuple[Begun, ...] = ()
         self.bent_elbow: float | None = None
         self.planning: Planning = planned_here
@@ -282,5 +284,7 @@ class Arm:
             NotInitializedError: The arm belongs to a parent process.
         """
         self.session.maker.require()
+        # First: an operation that claims its devices from now on is refused by this.
+        self.stops.note()
         self.arbiter.stop()
         self._pauses.clear()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import math
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -31,6 +32,7 @@ from bioscara.robot.operations.running import Running
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.simulated_world import SimulatedWorld
+from bioscara.robot.stops import Call, Stops
 from bioscara.robot.tasks.task import Conditions
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.load import Load
@@ -214,10 +216,29 @@ class ArmMethods(ABC):
     def stop(self) -> None:
         """Stop all motion on its path and end a pause, from any thread; returns at once.
 
-        Each call that was moving raises MotionCancelledError once the arm is at rest. If nothing
-        moves, nothing happens: a later motion is not affected. At an owner it stops the motions of
-        all programs, and needs no lease.
+        Each call that was moving, planning or resting raises MotionCancelledError once the arm is
+        at rest. A later call is not affected; several are one call within :meth:`one_call`. At an
+        owner it stops the motions of all programs, and needs no lease.
         """
+
+    @abstractmethod
+    def cancel(self) -> None:
+        """Stop as :meth:`stop` does, but at an owner only where this program commands the arm."""
+
+    @property
+    @abstractmethod
+    def _stops(self) -> Stops:
+        """The stops that this program has heard of."""
+
+    @contextmanager
+    def one_call(self) -> Iterator[Call]:
+        """Let the calls of this thread, within a block of code, be one call for :meth:`stop`.
+
+        After a stop since the begin of the block nothing moves any more within it: each call raises
+        MotionCancelledError. Yields the call; ``stopped`` is whether there was a stop.
+        """
+        with self._stops.one_call() as call:
+            yield call
 
     @abstractmethod
     def pause(self) -> None:
@@ -825,6 +846,33 @@ class ArmMethods(ABC):
             acceleration_scaling=acceleration_scaling,
         )
         return self.do(task, timeout=timeout, on_cycle=on_cycle, wait=wait)
+
+    def rest(
+        self,
+        seconds: float,
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Running[None]:
+        """Rest for a time of the arm's clock, which :meth:`stop` ends; nothing moves.
+
+        The control loop runs: the time of a simulated arm passes, and a fault is raised. It uses
+        neither the arm nor the gripper, also of an arm that is disabled.
+
+        Args:
+            seconds: The time, up to an hour [s]; what passes in a pause does not count.
+            timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
+
+        Raises:
+            LimitError: The time is below zero or longer.
+            MotionCancelledError: It was stopped.
+            FaultedError: A fault is latched.
+            BioscaraError: The fault that stopped the arm.
+        """
+        return self.do(tasks.Wait(seconds), timeout=timeout, on_cycle=on_cycle, wait=wait)
 
     def unfold(
         self,

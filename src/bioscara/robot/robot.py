@@ -37,6 +37,7 @@ from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.robot_gripper import RobotGripper
 from bioscara.robot.runner import Runner
 from bioscara.robot.simulated_faults import simulate_fault
+from bioscara.robot.stops import Stops
 from bioscara.robot.tasks.task import Conditions, require_task
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.workspace import Workspace
@@ -299,6 +300,13 @@ class Robot(ArmMethods):
     def stop(self) -> None:
         self._arm.stop()
 
+    def cancel(self) -> None:
+        self._arm.stop()
+
+    @property
+    def _stops(self) -> Stops:
+        return self._arm.stops
+
     def pause(self) -> None:
         self._arm.pause()
 
@@ -357,7 +365,7 @@ class Robot(ArmMethods):
 
     @property
     def is_moving(self) -> bool:
-        return bool(self._arm.arbiter.running)
+        return any(claim.devices for claim in self._arm.arbiter.running)
 
     @property
     def _held(self) -> bool:
@@ -402,7 +410,8 @@ class Robot(ArmMethods):
         self._change("table", lambda space: space.with_table(table))
 
     def _change(self, what: str, change: Callable[[Workspace], Workspace]) -> None:
-        self._runner.execute(ChangeWorkspace(f"setting {what}", change))
+        operation = ChangeWorkspace(f"setting {what}", change)
+        self._runner.execute(operation, self._admission(operation))
 
     def jog(
         self,
@@ -437,14 +446,18 @@ class Robot(ArmMethods):
         return self._carry_out(task.operation(self._arm, Conditions(timeout, on_cycle)), wait)
 
     def _carry_out(self, operation: Operation[Any], wait: bool) -> Operation[Any]:
-        in_loop = self._arm.turn.mine
+        in_loop, admit = self._arm.turn.mine, self._admission(operation)
         called(operation.name, in_loop=in_loop)
         with logged(operation, wait=flag("wait", wait), in_loop=in_loop):
             if wait:
-                self._runner.execute(operation)
+                self._runner.execute(operation, admit)
             else:
-                self._runner.start(operation)
+                self._runner.start(operation, admit)
         return operation
+
+    def _admission(self, operation: Operation[Any]) -> Callable[[], None]:
+        """Return a function that raises if the call that begins an operation was stopped."""
+        return partial(self._arm.stops.call().require, operation.name)
 
     def _positions(self, reason: str = "its position is unknown; home() first") -> Joints:
         return self._arm.positions(reason)
@@ -461,7 +474,7 @@ class Robot(ArmMethods):
         if states is not None and not any(map(math.isnan, states.positions)):
             pose = self.kinematics.forward(states.positions)
         fault = self.faults[0] if self.faults else None
-        calls = [claim.name for claim in self._arm.arbiter.running]
+        calls = [claim.name for claim in self._arm.arbiter.running if claim.devices]
         told = condition(fault, calls, pose, enabled=self.is_enabled)
         return Glance(self.description, told, states, len(self.warnings))
 

@@ -92,11 +92,15 @@ class Runner:
             self._forget_ended()
             raise
 
-    def execute(self, operation: Operation[T]) -> T:
+    def execute(self, operation: Operation[T], admit: Callable[[], object] | None = None) -> T:
         """Begin an operation and return its result at its end.
 
         An exception that interrupts the call, such as KeyboardInterrupt, is raised once the devices
         are at rest.
+
+        Args:
+            operation: The operation.
+            admit: As for :meth:`begin`.
 
         Raises:
             BusyError: As :meth:`begin`.
@@ -104,7 +108,7 @@ class Runner:
         """
         me, turn, ending = threading.current_thread(), self.arm.turn, None
         try:
-            self.begin(operation)
+            self.begin(operation, admit)
         except BaseException as error:
             if not _interrupted_after_begin(operation, error):
                 raise
@@ -159,15 +163,19 @@ class Runner:
             return work()
         return self.execute(BetweenCycles(name, lambda _: work(), frozenset()))
 
-    def start(self, operation: Operation[Any]) -> None:
+    def start(self, operation: Operation[Any], admit: Callable[[], object] | None = None) -> None:
         """Begin an operation, and step it in a thread of its own or in that of :meth:`watch`.
+
+        Args:
+            operation: The operation.
+            admit: As for :meth:`begin`.
 
         Raises:
             BusyError: As :meth:`begin`.
             BioscaraError: The operation is refused; nothing moves.
         """
         try:
-            self.begin(operation)
+            self.begin(operation, admit)
             self._ensure_runner()
         except BaseException as error:
             if _interrupted_after_begin(operation, error):

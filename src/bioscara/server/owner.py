@@ -21,7 +21,6 @@ from bioscara.errors import (
     ConflictError,
     InvalidArgumentError,
     LeaseError,
-    MotionCancelledError,
     NotInitializedError,
 )
 from bioscara.kinematics import Joints
@@ -147,7 +146,6 @@ class Owner:
             poses,
             zones,
         )
-        self._stops = 0
         self._stoppers: deque[NamedClient] = deque()
         """Clients that have stopped the arm at its loop, which is not reported yet."""
         self._stopped: dict[str, float] = {}
@@ -438,11 +436,10 @@ class Owner:
             client: The client that begins it.
             epoch: Epoch of its lease.
         """
-        stops = self._stops
+        call = self._arm.stops.call()
 
         def check() -> None:
-            if self._stops != stops:
-                raise MotionCancelledError(f"{name} was stopped before anything moved")
+            call.require(name)
             if (self.lease.epoch, self.lease.holder) != (epoch, client.session):
                 raise LeaseError(f"{name}: the lease ended before anything moved")
 
@@ -537,7 +534,6 @@ class Owner:
 
         Leases end before the next command is carried out.
         """
-        self._stops += 1
         self.robot.stop()
         self._stoppers.extend(clients)
         self._post(self._report_stops)
@@ -549,7 +545,6 @@ class Owner:
 
     def _stop(self, client: Client, *_: object) -> None:
         # First the arm, then all else.
-        self._stops += 1
         self.robot.stop()
         self._note_stop(client)
 

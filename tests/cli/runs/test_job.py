@@ -84,7 +84,7 @@ def test_without_the_physics_engine_the_demo_follows_a_trajectory(
 @pytest.mark.parametrize(
     ("words", "marker"),
     [
-        (("demo", "--realtime"), "homing j2"),
+        (("demo", "--realtime"), "  homing"),
         pytest.param(("demo",), "carrying it", marks=pytest.mark.thorough),
         (("run", SWING), "  approach"),
         (("run", SWING), "  trajectory"),
@@ -108,10 +108,13 @@ def test_ctrl_c_in_each_phase_stops_and_reports(
         out, err = demo.communicate(timeout=60)
         assert demo.returncode == 130
         assert len(err.splitlines()) == 1
-        assert "interrupted" in err
+        # Between two motions the next one does not begin any more.
+        between = "was stopped before anything moved" in err
+        assert "interrupted" in err or between
         assert "all joints were stopped and disabled" in out
         assert_complete(tmp_path / number.name, "CANCELLED")
-        assert samples(tmp_path / number.name)[-1]["phase"] == "stopping"
+        ended = samples(tmp_path / number.name)[-1]["phase"]
+        assert ended == ("settling" if between else "stopping")
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ STEPS = st.one_of(
     st.just(t.CloseGripper()),
     st.builds(t.Grasp, load=_LOADS, width=st.none() | _WIDTHS, squeeze=_WIDTHS),
     st.builds(t.Release, opening=_WIDTHS),
-    st.builds(s.Wait, seconds=st.floats(0.0, 3600.0)),
+    st.builds(t.Wait, seconds=st.floats(0.0, 3600.0)),
 ).map(s.Step)
 
 
@@ -104,7 +104,7 @@ EACH_KIND = s.StepSequence(
         t.Release(0.005),
         t.MoveGripper(0.06),
         t.CloseGripper(),
-        s.Wait(0.01),
+        t.Wait(0.01),
         t.MoveTo(pose=Pose(0.5, -0.1, 0.2)),
         t.MoveRelative(z=0.01),
         t.Unfold(),

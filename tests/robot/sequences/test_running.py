@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from bioscara import Frame, NamedPose, Pose, Robot, TeachTable, Tool, load_table
-from bioscara.errors import InvalidArgumentError, MotionCancelledError, UnreachableError
+from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.robot.arm_methods import ArmMethods
@@ -21,8 +21,8 @@ from bioscara.robot.sequences.dry_run import dry_run, joined
 from bioscara.robot.sequences.running import run_sequence
 from bioscara.robot.sequences.script import to_script
 from bioscara.robot.sequences.sequence_file import read_sequence
-from bioscara.robot.sequences.steps import Step, StepSequence, Wait
-from bioscara.robot.tasks import Home, MoveLinear, MoveNamed
+from bioscara.robot.sequences.steps import Step, StepSequence
+from bioscara.robot.tasks import Home, MoveLinear, MoveNamed, Wait
 from bioscara.robot.workspace.workspace import Workspace
 from robot.sequences.samples import EACH_KIND, TABLE, sequences
 
@@ -120,22 +120,6 @@ def test_a_sequence_is_carried_out(table: Path) -> None:
     assert len(seen) == 15
 
 
-def test_a_stop_ends_a_wait_and_the_steps_after_it() -> None:
-    asked: list[None] = []
-
-    def cancelled() -> bool:
-        asked.append(None)
-        return len(asked) > 2
-
-    sequence = StepSequence(steps=(Wait(seconds=60.0), MoveNamed(name="center")))
-    with Robot.simulated() as robot:
-        robot.home()
-        with pytest.raises(MotionCancelledError, match="in the wait of step 1"):
-            run_sequence(robot, sequence, cancelled=cancelled)
-        with pytest.raises(MotionCancelledError, match="before step 1"):
-            run_sequence(robot, sequence, cancelled=lambda: True)
-
-
 @given(sequences())
 def test_each_script_is_a_program_that_imports_what_it_uses(sequence: StepSequence) -> None:
     text = to_script(sequence)
@@ -217,7 +201,6 @@ def test_a_script_asks_for_the_tasks_of_its_steps(
     robot = Recording(fingers, made)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bioscara.Robot.simulated", lambda: robot)
-        patch.setattr("time.sleep", lambda seconds: made.append(Wait(seconds)))
         patch.setattr(sys, "argv", ["script.py"])
         exec(to_script(sequence, first, last), {"__name__": "__main__"})
     runs, planner = sequence.runs(first, last), Planner(space, lambda: START)

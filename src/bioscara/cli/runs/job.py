@@ -286,8 +286,8 @@ def run_job(job: AnyJob, parameters: ArmParameters, options: Options, output: Ou
             Observer(view, folder.samples, history) as observer,
             at_full_speed(robot, options),
         ):
-            progress = Progress(robot, cancelled, observer, keyboard)
-            result = _move(robot, job, folder, progress, observer, options)
+            progress = Progress(robot, observer, keyboard)
+            result = _move(robot, job, folder, progress, observer, options, cancelled)
         summary = RunSummary(
             title=job.title,
             arm=robot.description,
@@ -330,15 +330,17 @@ def _move(
     progress: Progress,
     observer: Observer,
     options: Options,
+    cancelled: StopRequest,
 ) -> _Result:
     """Move the arm, leave it at rest and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
     done = JobResult()
     try:
-        progress.phase("homing " + ", ".join(robot.parameters.homing_order))
-        robot.home(on_cycle=progress.cycle)
-        done = job.perform(robot, folder, progress, options)
+        with cancelled.ending_calls_of(robot):
+            progress.phase("homing " + ", ".join(robot.parameters.homing_order))
+            robot.home(on_cycle=progress.cycle)
+            done = job.perform(robot, folder, progress, options)
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; {left(options)}"
     except BioscaraError as error:

@@ -69,7 +69,6 @@ def _run(options: Options, sequence: StepSequence, output: Output) -> ExitStatus
                 on_step=lambda run: progress.phase(f"step {run.label} of {len(sequence.steps)}"),
                 on_note=lambda note: progress.note(f"note: {note}"),
                 on_cycle=progress.cycle,
-                cancelled=cancelled,
             )
 
         status = carry_out(robot, cancelled, options, output, move, keyboard=keyboard)

@@ -4,7 +4,7 @@ export type FromClient = ClientHello | ClientRequest | Received | Leave;
 
 export type AnyCommand = Start | AddPoints | SetJogVelocity | EndJog | Cancel | PauseGoal | ResumeGoal | Pause | Resume | SetSpeedOverride | StopAll | SimulateFault | PushBody | TiltBody | AddObstacle | TakeAway | SetRealTimeFactor | MakePlan | LoadController | ConfigureController | CleanupController | UnloadController | SwitchControllers | SetHardwareState | AddGoalPoints | FollowGoal | StreamTrajectory | SendGripperGoal | TriggerHoming | CommandController | CancelControllerGoal | SetControllerScaling | SetControllerParameters | QueryController | GetIntrospection | AcquireLease | RenewLease | ReleaseLease | GetState | GetDescription | GetWorkspace | GetHistory | GetSimulation | GetBodies | GetWorld | GetImage | GetFaults | GetGoal | GetTrajectories | GetLease | GetStatistics | GetJoints | GetParameters | SetParameters | ListControllers | ListFlightRecords | GetFlightRecord | ListGoals | Report | GetLog | Subscribe | Recall;
 
-export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | EnableGripper | DisableGripper | Enable | Disable | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Follow | Execute | Jog | SetScene | SetTable;
+export type AnyTask = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | EnableGripper | DisableGripper | Enable | Disable | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Wait | Follow | Execute | Jog | SetScene | SetTable;
 
 export type Motion = MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold;
 
@@ -1046,7 +1046,7 @@ export interface SimulationState {
 
 export interface Start {
   kind: "start";
-  task: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | EnableGripper | DisableGripper | Enable | Disable | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Follow | Execute | Jog | SetScene | SetTable;
+  task: MoveJoints | MoveTo | MoveLinear | MoveRelative | MoveCircular | MoveNamed | MoveSequence | Unfold | Home | MoveGripper | OpenGripper | CloseGripper | Grasp | Release | EnableGripper | DisableGripper | Enable | Disable | Acknowledge | Recover | SetTool | SetReducedSpeed | Attach | Detach | ConfirmScene | Wait | Follow | Execute | Jog | SetScene | SetTable;
   timeout?: number | null;
   on_lease_loss?: "finish" | "stop";
   records?: boolean;
@@ -1218,6 +1218,11 @@ export interface UnloadController {
 export interface UpdateRates {
   version_1: number;
   version_2: number;
+}
+
+export interface Wait {
+  kind: "wait";
+  seconds: number;
 }
 
 export interface Waypoint {

@@ -91,6 +91,28 @@ class ToolVelocity(NamedTuple):
     yaw: float = 0.0
 
 
+def require_velocity(
+    velocity: object, *kinds: type[JointVelocity | ToolVelocity]
+) -> JointVelocity | ToolVelocity:
+    """Return a velocity, with its values as floats.
+
+    A bare tuple is refused: it does not say whether it is of the joints or of the tool.
+
+    Args:
+        velocity: The passed value.
+        *kinds: Which velocities it may be; those of the joints and of the tool by default.
+
+    Raises:
+        InvalidArgumentError: It is no such velocity, or a value is not a finite number.
+    """
+    kinds = kinds or (JointVelocity, ToolVelocity)
+    if not isinstance(velocity, kinds):
+        names = " or ".join(kind.__name__ for kind in kinds)
+        raise InvalidArgumentError(f"jog: the velocity is {shown(velocity)}; give {names}")
+    values = zip(velocity._fields, velocity, strict=True)
+    return type(velocity)(*[number(f"jog: {name} velocity", value) for name, value in values])
+
+
 class JogGenerator:
     """Velocity control of an arm.
 
@@ -167,18 +189,11 @@ class JogGenerator:
             InvalidArgumentError: It is not a velocity, a value is not finite, or the share is
                 invalid.
         """
-        if not isinstance(velocity, JointVelocity | ToolVelocity):
-            raise InvalidArgumentError(
-                f"jog: the velocity is {shown(velocity)}; give JointVelocity or ToolVelocity"
-            )
+        wanted = require_velocity(velocity)
         share, time = number("jog: the share", share), number("jog: the time", time)
         if not 0.0 <= share <= 1.0:
             raise InvalidArgumentError(f"jog: a share of {share:g} cannot be; give 0 to 1")
-        wanted = [
-            number(f"jog: {name} velocity", value)
-            for name, value in zip(velocity._fields, velocity, strict=True)
-        ]
-        if isinstance(velocity, JointVelocity):
+        if isinstance(wanted, JointVelocity):
             most = [(limit.name, limit.max_velocity, limit.unit) for limit in self._limits]
         else:
             yaw = self._limits[3].max_velocity
@@ -187,7 +202,7 @@ class JogGenerator:
             if abs(value) > limit_ * (1.0 + 1e-9):
                 remedy = "are these mm/s or degrees? velocities are m/s and rad/s"
                 raise LimitError(f"{name} velocity", value, -limit_, limit_, f"{unit}/s", remedy)
-        self._velocity = type(velocity)(*[share * value for value in wanted])
+        self._velocity = type(wanted)(*[share * value for value in wanted])
         self._since = time
 
     def step(self, time: float, period: float) -> tuple[Joints, Joints]:

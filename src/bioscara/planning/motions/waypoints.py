@@ -100,10 +100,27 @@ def check_waypoints(
     beyond = kinematics.beyond(start)
     if beyond:
         raise InvalidArgumentError(f"start of the sequence: {', '.join(beyond)}")
-    given = items("the waypoints", waypoints, "give a list of Waypoint(pose)")
-    if not given:
+    checked = require_waypoints(waypoints)
+    if not checked:
         raise InvalidArgumentError("a sequence needs at least one waypoint; this one has none")
     here = kinematics.forward(start)
+    for index, waypoint in enumerate(checked):
+        following = checked[index + 1] if index + 1 < len(checked) else None
+        with about(index):
+            _check_blend(waypoint, following)
+            _check_distance(here, waypoint)
+            kinematics.solve(waypoint.pose, start)
+        here = waypoint.pose
+    return checked
+
+
+def require_waypoints(waypoints: object) -> tuple[Waypoint, ...]:
+    """Return waypoints with values that were checked one by one.
+
+    Raises:
+        InvalidArgumentError: They are no waypoints, or a value cannot be used.
+    """
+    given = items("the waypoints", waypoints, "give a list of Waypoint(pose)")
     for index, waypoint in enumerate(given):
         if not isinstance(waypoint, Waypoint):
             raise InvalidArgumentError(
@@ -113,13 +130,6 @@ def check_waypoints(
     for index, waypoint in enumerate(given):
         with about(index):
             checked.append(_check_values(waypoint))
-    for index, waypoint in enumerate(checked):
-        following = checked[index + 1] if index + 1 < len(checked) else None
-        with about(index):
-            _check_blend(waypoint, following)
-            _check_distance(here, waypoint)
-            kinematics.solve(waypoint.pose, start)
-        here = waypoint.pose
     return tuple(checked)
 
 

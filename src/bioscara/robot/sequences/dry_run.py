@@ -12,7 +12,7 @@ from bioscara.kinematics import Joints
 from bioscara.planning import Trajectory
 from bioscara.robot import tasks
 from bioscara.robot.planner import Plan, Planner
-from bioscara.robot.sequences.steps import Run, StepSequence, Wait, about, of_steps, require_tool
+from bioscara.robot.sequences.steps import Run, StepSequence, about, of_steps, require_tool
 from bioscara.robot.tasks.task import PlannedMotion
 from bioscara.robot.workspace.workspace import Workspace
 
@@ -33,7 +33,7 @@ class Verdict(NamedTuple):
     """
 
     run: Run
-    task: tasks.ArmTask | Wait | None
+    task: tasks.ArmTask | None
     duration: float
     trajectory: Trajectory | None = None
     notes: tuple[str, ...] = ()
@@ -83,10 +83,10 @@ def dry_run(
 
 
 def _planned(
-    task: tasks.ArmTask | Wait, workspace: Workspace, here: Joints
+    task: tasks.ArmTask, workspace: Workspace, here: Joints
 ) -> tuple[Plan | None, Workspace, float]:
     """Return the plan of a task, the workspace after it and its duration [s]."""
-    if isinstance(task, Wait):
+    if isinstance(task, tasks.Wait):
         return None, workspace, task.seconds
     planner = Planner(workspace, lambda: here)
     if isinstance(task, PlannedMotion):

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from bioscara.errors import MotionCancelledError
 from bioscara.robot.arm_methods import ArmMethods
 from bioscara.robot.operations.operation import OnCycle
 from bioscara.robot.sequences.dry_run import dry_run
-from bioscara.robot.sequences.steps import Run, StepSequence, Wait, about
-
-_LOOK = 0.05
-"""Period of the check for a request to stop, during a wait [s]."""
+from bioscara.robot.sequences.steps import Run, StepSequence, about
 
 
 def run_sequence(
@@ -22,9 +18,8 @@ def run_sequence(
     on_step: Callable[[Run], object] | None = None,
     on_note: Callable[[str], object] | None = None,
     on_cycle: OnCycle | None = None,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Carry out a sequence from where the arm is.
+    """Carry out a sequence from where the arm is, as one call: a stop since its begin ends it.
 
     The whole sequence is planned before anything moves, and each motion again when its turn comes.
 
@@ -33,8 +28,7 @@ def run_sequence(
         sequence: The sequence.
         on_step: Called before each step, or before several that blends join.
         on_note: Called after a motion with each note on its plan.
-        on_cycle: Receives a record of all joints each cycle of a motion.
-        cancelled: Returns whether to stop before the next step, or in a wait.
+        on_cycle: Receives a record of all joints each cycle of a motion or wait.
 
     Raises:
         InvalidArgumentError: Another tool is mounted, or a step cannot be carried out; the message
@@ -42,29 +36,21 @@ def run_sequence(
         MotionCancelledError: It was stopped; the arm is at rest.
         BioscaraError: As the motions of the robot.
     """
-    planner = robot.plan
-    for verdict in dry_run(sequence, planner.workspace, planner.here()):
-        if verdict.error is not None:
-            raise verdict.error
-    for run in [*sequence.runs()]:
-        if cancelled():
-            raise MotionCancelledError(f"stopped before step {run.first + 1}")
-        if on_step is not None:
-            on_step(run)
-        task = run.task(robot.plan)
-        if isinstance(task, Wait):
-            _rest(task, run, cancelled)
-            continue
-        with about(run.first, len(run.steps)):
-            motion = robot.do(task, on_cycle=on_cycle)
-        if on_note is not None:
-            for note in motion.notes:
-                on_note(note)
-
-
-def _rest(wait: Wait, run: Run, cancelled: Callable[[], bool]) -> None:
-    end = time.monotonic() + wait.seconds
-    while (remaining := end - time.monotonic()) > 0.0:
-        if cancelled():
-            raise MotionCancelledError(f"stopped in the wait of step {run.first + 1}")
-        time.sleep(min(remaining, _LOOK))
+    with robot.one_call() as call:
+        planner = robot.plan
+        for verdict in dry_run(sequence, planner.workspace, planner.here()):
+            if call.stopped:
+                raise MotionCancelledError("stopped while the sequence was planned; nothing moved")
+            if verdict.error is not None:
+                raise verdict.error
+        for run in [*sequence.runs()]:
+            if call.stopped:
+                raise MotionCancelledError(f"stopped before step {run.first + 1}")
+            if on_step is not None:
+                on_step(run)
+            task = run.task(robot.plan)
+            with about(run.first, len(run.steps)):
+                motion = robot.do(task, on_cycle=on_cycle)
+            if on_note is not None:
+                for note in motion.notes:
+                    on_note(note)

@@ -10,7 +10,7 @@ import msgspec
 
 from bioscara.kinematics import Pose
 from bioscara.robot import tasks
-from bioscara.robot.sequences.steps import PATHS, Step, StepSequence, Wait
+from bioscara.robot.sequences.steps import PATHS, Step, StepSequence
 from bioscara.robot.tasks.forms import LoadForm
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.tools import FINGERS
@@ -47,8 +47,6 @@ def to_script(sequence: StepSequence, first: int = 0, last: int | None = None) -
     table = any(_uses_table(step.task) for step in sequence.steps)
     names += ["Robot", *(["load_table"] if table or sequence.tool != FINGERS else [])]
     imports = ["import sys"]
-    if "sleep(" in text:
-        imports.append("from time import sleep")
     if "load_table" in names:
         imports.insert(1, "from pathlib import Path")
     title = sequence.title.replace("\\", "\\\\").replace('"', "'")
@@ -64,7 +62,7 @@ def to_script(sequence: StepSequence, first: int = 0, last: int | None = None) -
     return "\n".join(parts) + "\n"
 
 
-def _uses_table(task: tasks.ArmTask | Wait) -> bool:
+def _uses_table(task: tasks.ArmTask) -> bool:
     if isinstance(task, tasks.MoveNamed) or getattr(task, "frame", None) is not None:
         return True
     return any(isinstance(getattr(task, field, None), str) for field in ("pose", "via"))
@@ -86,10 +84,8 @@ def _body(sequence: StepSequence, first: int, last: int | None) -> Iterator[str]
         yield f"    ]\n)  # Steps {run.first + 1} to {run.first + len(run.steps)}."
 
 
-def line_of(task: tasks.ArmTask | Wait) -> str:
+def line_of(task: tasks.ArmTask) -> str:
     """Return a task as the call of a robot that does the same."""
-    if isinstance(task, Wait):
-        return f"sleep({task.seconds!r})"
     arguments = []
     # The shares of the limits are the first fields, and the last arguments.
     for field in sorted(msgspec.structs.fields(type(task)), key=_is_share):

@@ -7,15 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-import msgspec
-
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.model.validation import Before, Checked, Problem, Within, is_number, require_none
 from bioscara.planning.motions.waypoints import LEAST_BLEND, MOST_BLEND, Motion, Waypoint
 from bioscara.robot import tasks
 from bioscara.robot.planner import Planner
-from bioscara.robot.tasks.checks import check_fields, within
 from bioscara.robot.tasks.written import Unusable, struct_of, values_of as fields_of
 from bioscara.robot.workspace.tools import FINGERS, check_name
 from bioscara.spelling import did_you_mean
@@ -24,32 +21,17 @@ SCHEMA = 1
 """Version of the schema of sequences."""
 STEPS_MAX = 200
 """Most steps of a sequence: a YAML file with so many is read in a second."""
-WAIT_MAX = 3600.0
-"""Longest wait [s]."""
 _TITLE_MAX = 100
 _WAYPOINT = re.compile(r"waypoint (\d+): ")
 
 
-class Wait(msgspec.Struct, frozen=True, tag_field="kind", tag="wait", forbid_unknown_fields=True):
-    """Rest for a time.
-
-    Attributes:
-        seconds: The time.
-    """
-
-    seconds: Annotated[float, within(0.0, WAIT_MAX, "s")]
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-
+Wait = tasks.Wait
+"""The task that rests for a time."""
 
 PATHS = (tasks.MoveLinear, tasks.MoveCircular)
 """The tasks after which the tool need not rest."""
 
-KINDS: dict[str, type[Any]] = {
-    **{kind.kind(): kind for kind in tasks.TASKS if kind.step},
-    "wait": Wait,
-}
+KINDS: dict[str, type[Any]] = {kind.kind(): kind for kind in tasks.TASKS if kind.step}
 """The kinds of steps, by their names in a file."""
 RENAMED = {
     "gripper_move": "move_gripper",
@@ -61,7 +43,7 @@ RENAMED = {
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A task, or a wait, as a part of a sequence.
+    """A task as a part of a sequence.
 
     Attributes:
         task: The task.
@@ -72,7 +54,7 @@ class Step:
         InvalidArgumentError: It is no task of a sequence, or the blend is not possible.
     """
 
-    task: tasks.ArmTask | Wait
+    task: tasks.ArmTask
     blend: float = 0.0
 
     def __post_init__(self) -> None:
@@ -86,7 +68,7 @@ class Step:
     @property
     def kind(self) -> str:
         """Its name in a file."""
-        return str(self.task.__struct_config__.tag)
+        return self.task.kind()
 
 
 def _valid_name(value: object) -> object:
@@ -207,7 +189,7 @@ class Run(NamedTuple):
         numbers = f"{last}" if len(self.steps) == 1 else f"{self.first + 1}-{last}"
         return f"{numbers} {kinds}"
 
-    def task(self, planner: Planner) -> tasks.ArmTask | Wait:
+    def task(self, planner: Planner) -> tasks.ArmTask:
         """Return the task that carries it out.
 
         Args:
@@ -219,7 +201,9 @@ class Run(NamedTuple):
         """
         if len(self.steps) == 1:
             return self.steps[0].task
-        return tasks.MoveSequence(waypoints=(*self._waypoints(planner),))
+        waypoints = (*self._waypoints(planner),)
+        with about(self.first, len(self.steps)):
+            return tasks.MoveSequence(waypoints=waypoints)
 
     def _waypoints(self, planner: Planner) -> Iterator[Waypoint]:
         last = self.steps[-1]

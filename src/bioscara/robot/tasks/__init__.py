@@ -10,13 +10,13 @@ from typing import get_args
 from bioscara.robot.tasks.gripper import *  # noqa: F403  each says in __all__ what it has
 from bioscara.robot.tasks.gripper import GripperTask
 from bioscara.robot.tasks.motions import *  # noqa: F403
-from bioscara.robot.tasks.motions import Home, Motion
+from bioscara.robot.tasks.motions import Home, Motion, Wait
 from bioscara.robot.tasks.power import *  # noqa: F403
 from bioscara.robot.tasks.power import PowerTask
 from bioscara.robot.tasks.workspace import *  # noqa: F403
 from bioscara.robot.tasks.workspace import WorkspaceTask
 
-ArmTask = Motion | Home | GripperTask | PowerTask | WorkspaceTask
+ArmTask = Motion | Home | GripperTask | PowerTask | WorkspaceTask | Wait
 """Everything that an arm can be asked to do."""
 
 TASKS = get_args(ArmTask)

@@ -10,6 +10,8 @@ from bioscara.errors import InvalidArgumentError, LimitError, TrajectoryError
 from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX, require_near, require_near_place
 from bioscara.planning.limits import SLOWEST, check_share
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity, require_velocity
+from bioscara.planning.motions.waypoints import Waypoint, require_waypoints
 from bioscara.robot.tasks.checks import Check, checked_by, within
 from bioscara.robot.tasks.forms import JointForm, LoadForm, PoseForm
 from bioscara.robot.workspace.load import Load
@@ -41,16 +43,17 @@ WAYPOINTS = 1000
 """Largest number of waypoints of one motion: to plan them takes some seconds."""
 
 
-def waypoints(_: str, value: object) -> tuple[Any, ...]:
-    """Return waypoints as a tuple; the planner checks each.
+def waypoints(_: str, value: object) -> tuple[Waypoint, ...]:
+    """Return waypoints as a tuple.
 
     Raises:
         LimitError: There are too many.
+        InvalidArgumentError: They are no waypoints, or a value cannot be used.
     """
     given = items("the waypoints", value, "give a list of Waypoint(pose)")
     if len(given) > WAYPOINTS:
         raise LimitError("the number of waypoints of one motion", len(given), 1, WAYPOINTS, "")
-    return given
+    return require_waypoints(given)
 
 
 Share = Annotated[
@@ -69,6 +72,10 @@ Via = Annotated[Pose | str, checked_by(_pose_or_name(require_near_place, "the vi
 """Likewise; its yaw is not used."""
 Name = Annotated[str, checked_by(text)]
 """A name of the teach table."""
+OfJoints = Annotated[JointVelocity, checked_by(lambda _, v: require_velocity(v, JointVelocity))]
+"""A velocity of the joints."""
+OfTool = Annotated[ToolVelocity, checked_by(lambda _, v: require_velocity(v, ToolVelocity))]
+"""A velocity of the tool."""
 Flag = Annotated[bool, checked_by(flag)]
 """True or false."""
 Positions = Annotated[tuple[float, ...], checked_by(_positions, JointForm)]

@@ -9,7 +9,8 @@ from bioscara.drivers.joint.homing import check_current, check_sensitivity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.motions import home
-from bioscara.robot.tasks.checks import checked_by
+from bioscara.robot.operations.motions.rest import Rest
+from bioscara.robot.tasks.checks import checked_by, within
 from bioscara.robot.tasks.fields import Displacement, Name, Positions, Target, Turn, Via, waypoints
 from bioscara.robot.tasks.scope import Scope
 from bioscara.robot.tasks.task import Conditions, PlannedMotion, Task
@@ -25,7 +26,12 @@ __all__ = [
     "MoveSequence",
     "MoveTo",
     "Unfold",
+    "Wait",
 ]
+
+
+WAIT_MAX = 3600.0
+"""Longest wait [s]."""
 
 
 class MoveJoints(PlannedMotion, frozen=True, kw_only=True, tag="move_joints"):
@@ -172,6 +178,24 @@ class Home(Task, frozen=True, tag="home"):
             current=self.current,
             **conditions._asdict(),
         )
+
+
+class Wait(Task, frozen=True, tag="wait"):
+    """Rest for a time of the arm's clock; nothing moves.
+
+    Attributes:
+        seconds: The time; what passes in a pause does not count.
+    """
+
+    scope = Scope.OPERATE
+    method = "rest"
+    step = True
+
+    seconds: Annotated[float, within(0.0, WAIT_MAX, "s")]
+
+    def operation(self, arm: Arm, conditions: Conditions) -> Rest:  # noqa: ARG002
+        """Return the operation."""
+        return Rest(self.seconds, **conditions._asdict())
 
 
 Motion = (

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import re
+import signal
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,6 +16,7 @@ from bioscara.model import load_parameters
 from bioscara.planning import read
 from bioscara.sim import SimulatedArm
 from cli.said import Said
+from programs import wait_for_line
 from simulated import NearArm
 
 FILE = """\
@@ -135,3 +139,14 @@ def test_options_of_sequences_are_refused_for_a_trajectory(
     assert f"{words.split(maxsplit=1)[0]} applies only to sequences" in said.refusal(
         "run a.csv --dry-run", *words.split()
     )
+
+
+def test_ctrl_c_ends_a_wait(start: Callable[..., subprocess.Popen[str]], tmp_path: Path) -> None:
+    path = tmp_path / "wait.yaml"
+    path.write_text("schema: 1\nsteps:\n- {kind: wait, seconds: 3600}\n- {kind: unfold}\n...\n")
+    program = start("-m", "bioscara", "run", str(path), stderr=subprocess.PIPE)
+    wait_for_line(program, "  watching")
+    program.send_signal(signal.SIGINT)
+    _, said = program.communicate(timeout=20.0)
+    assert program.returncode == 130, said
+    assert " s into a rest of 3600 s; all joints were stopped and disabled" in said

@@ -44,6 +44,8 @@ export class App {
     this.interrupts = [];
     /** How often that was: what waits for an answer before it moves the arm compares it. */
     this.interruptions = 0;
+    /** Called when STOP is pressed on this page. @type {(() => void)[]} */
+    this.stops = [];
     /** A plan, or another trajectory, that the view shows; null for none. @type {Preview | null} */
     this.preview = null;
     /** @type {(() => void)[]} */

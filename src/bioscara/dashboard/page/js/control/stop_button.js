@@ -51,6 +51,7 @@ export function buildStop(app) {
   function begin() {
     stop.stop();
     app.interrupt(text("stop.interrupt"));
+    for (const listener of app.stops) listener();
     clearInterval(timer);
     timer = setInterval(() => stop.tick(), LOOK);
   }

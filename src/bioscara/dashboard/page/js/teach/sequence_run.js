@@ -9,9 +9,6 @@ import { duration, readable } from "../format.js";
 import { judged, post } from "../http.js";
 import { text } from "../texts.js";
 
-/** Time between two looks during a wait [ms]. */
-const LOOK = 50;
-
 /**
  * What planning says of a step, or of several that blends join.
  *
@@ -22,7 +19,7 @@ const LOOK = 50;
  * @property {number | null} duration How long they take [s].
  * @property {string[]} notes Notes on the plan.
  * @property {FailureValue | null} failure Why they are refused.
- * @property {AnyTask | null} task The task that does them; null for a wait.
+ * @property {AnyTask | null} task The task that does them; null if they are refused.
  *
  * @typedef {{verdicts: Verdict[], duration: number, trajectory: TrajectoryValue | null}} DryRun
  */
@@ -47,6 +44,8 @@ export class SequenceRun {
     /** @type {() => void} */
     this.wake = () => {};
     const { arm } = app;
+    // The event comes later, and not for a STOP that is repeated.
+    app.stops.push(() => this.#end(text("teach.was_stopped")));
     arm.on("event", () => {
       if (arm.events.at(-1)?.what === "stop") this.#end(text("teach.was_stopped"));
     });
@@ -126,7 +125,6 @@ export class SequenceRun {
     this.#say(text("teach.running", { label: label.split(" ")[0], count: this.model.steps.length }));
     try {
       if (verdict.task) await this.#move(verdict.task);
-      else await this.#wait(verdict.duration ?? 0);
     } catch (error) {
       this.model.mark(first, number, { state: "failed", text: "" });
       throw error;
@@ -164,24 +162,6 @@ export class SequenceRun {
     return Promise.race([this.app.ended(goal), new Promise((resolve) => {
       setTimeout(() => resolve(null), 2000);
     })]);
-  }
-
-  /** @param {number} seconds */
-  async #wait(seconds) {
-    const { arm } = this.app;
-    let [left, before] = [1000 * seconds, performance.now()];
-    this.changed();
-    while (left > 0) {
-      await new Promise((resolve) => {
-        setTimeout(resolve, Math.min(LOOK, left));
-      });
-      this.#check();
-      if (arm.faulty) throw new ActionError(text("refusal.fault"));
-      const now = performance.now();
-      // A pause stops the wait, too.
-      if (!arm.sample?.paused) left -= now - before;
-      before = now;
-    }
   }
 
   /** @param {string} words */
