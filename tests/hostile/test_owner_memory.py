@@ -21,7 +21,7 @@ Start = Callable[..., subprocess.Popen[str]]
 BLOCK = 16
 """Questions of each client that wait at once."""
 LINES = 2000
-"""Lines of the log, all that are kept, each as long as a client may report."""
+"""Lines of the log, all that are kept."""
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_forty_thousand_questions_of_eight_viewers_leave_little(
         before = memory_of(process)
         for _ in range(LINES // 8):
             for client in clients:
-                client.request(m.Report("r" * 500))
+                client.request(m.Report("r" * 100))
         ask(clients, chance, 20_000)
         first = memory_of(process) - before
         ask(clients, chance, 20_000)

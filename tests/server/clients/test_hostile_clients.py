@@ -342,20 +342,41 @@ def test_answers_to_queries_are_not_kept(served: Served) -> None:
     assert served.robot.is_homed
 
 
-def test_a_subscriber_that_never_reads_takes_little_memory(served: Served) -> None:
+@pytest.mark.thorough
+def test_a_subscriber_that_never_reads_takes_little_memory_and_is_cut_off(served: Served) -> None:
     with RawClient("look") as look, RawClient("deaf") as deaf, RawClient("noisy") as noisy:
         deaf.begin(m.Subscribe(states=True, events_after=0))
-        before = memory_of(look)
-        for _ in range(3_000):
+        before, begin = memory_of(look), time.monotonic()
+        while time.monotonic() < begin + connection.DEAF + 2.0:
             noisy.request(m.Pause())
+            time.sleep(2e-3)
         noisy.request(m.StopAll())
         assert memory_of(look) - before < 16 << 20
-        # It gets the newest sample once it reads, and the events without a gap.
-        last = served.owner.events.last
-        while not deaf.events or deaf.events[-1].number < last:
-            deaf.read(m.Event)
+        with suppress(EOFError, ConnectionResetError):
+            while time.monotonic() < begin + LIMIT:
+                deaf.read(m.Event)
+        assert deaf.ended()
         numbers = [event.number for event in deaf.events]
-        assert numbers == list(range(numbers[0], last + 1))
+        # As a program that was suspended, it connects again and gets the rest, without a gap.
+        with RawClient("deaf", deaf.session) as again:
+            last = served.owner.events.last
+            again.begin(m.Subscribe(events_after=numbers[-1]))
+            while not again.events or again.events[-1].number < last:
+                again.read(m.Event)
+        numbers += [event.number for event in again.events]
+        assert numbers[: last - numbers[0] + 1] == list(range(numbers[0], last + 1))
+
+
+@pytest.mark.thorough
+def test_a_subscriber_that_reads_a_little_at_a_time_is_not_cut_off(served: Served) -> None:
+    with RawClient("slow") as slow:
+        slow.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        slow.begin(m.GetHistory(begin=0.0, points=5000))
+        slow.begin(m.Subscribe(states=True, events_after=0))
+        begin = time.monotonic()
+        while time.monotonic() < begin + connection.DEAF + 1.0:
+            assert slow.socket.recv(100)
+            time.sleep(0.05)
 
 
 @pytest.mark.usefixtures("served")
