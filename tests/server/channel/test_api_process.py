@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -127,6 +128,60 @@ def test_clients_that_do_not_command_reach_the_loop_as_often_as_they_may(
         time.sleep(max(begin + 1.0 - time.monotonic(), 0.0))
         count, passed = calls.counted[name] - before, time.monotonic() - begin
     assert 10 < count < budget.BURST + 1.2 * budget.RATE * passed
+
+
+def test_what_is_known_there_is_answered_without_the_loop(
+    arm: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls, count = Calls(arm, monkeypatch), 1000
+    with RawClient("looking") as client, RawClient("commanding") as other:
+        epoch = other.acquire()
+        for question in (m.GetState(), m.GetFaults(), m.GetWorkspace()):
+            calls.counted.clear()
+            answers = [client.request(question) for _ in range(count)]
+            # A sample may come late; the rate of all is limited to that of one client in a second.
+            assert calls.counted.total() < budget.RATE
+            asker: Any = SimpleNamespace(session="", name="")
+            asked = arm.owner.handle(asker, question, None)
+            assert type(asked) is type(answers[-1])
+            assert isinstance(question, m.GetState) or asked == answers[-1]
+        # The client that commands is answered by the owner itself.
+        calls.counted.clear()
+        other.request(m.GetState())
+        assert calls.counted["GetState"] == 1
+        other.request(m.ReleaseLease(), epoch)
+
+
+def test_a_client_reads_its_own_changes(arm: Served) -> None:
+    with RawClient("looking") as client, RawClient("commanding") as other:
+        for turn in range(50):
+            client.request(m.Pause())
+            assert client.request(m.GetState()).paused_by == ("looking",)
+            epoch = other.acquire()
+            other.request(m.Resume())
+            other.request(m.SetSpeedOverride((turn + 1) / 50), epoch)
+            assert other.request(m.GetState()).speed_override == (turn + 1) / 50
+            other.request(m.ReleaseLease(), epoch)
+            state = other.request(m.GetState())
+            assert (state.paused_by, state.speed_override) == ((), (turn + 1) / 50)
+            client.request(m.StopAll())
+
+
+def test_an_event_is_seen_after_what_it_says(arm: Served) -> None:
+    with RawClient("looking") as client, RawClient("commanding") as other:
+        client.request(m.Subscribe(events_after=client.welcome.last_event))
+        epoch = other.acquire()
+        for number in range(20):
+            client.events.clear()
+            scene = m.SceneValue((), -0.001 * number, 0.01, None)
+            other.request(m.Start(task=m.SetScene(scene=scene)), epoch)
+            client.event("workspace")
+            workspace = client.request(m.GetWorkspace())
+            assert workspace.scene.table_height == pytest.approx(-0.001 * number)
+            arm.robot.runner.arm.warn(f"warning {number}")
+            client.event("warning")
+            assert client.request(m.GetFaults()).warnings[-1] == f"warning {number}"
+        other.request(m.ReleaseLease(), epoch)
 
 
 def test_a_plan_is_bounded_and_ends_with_the_client_that_wants_it(arm: Served) -> None:

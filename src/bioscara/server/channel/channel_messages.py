@@ -234,19 +234,27 @@ class KnownFaults(msgspec.Struct, frozen=True):
 
 
 class NewSample(ChannelMessage, frozen=True, tag="sample"):
-    """The state at the end of a cycle, and what else is new or wanted.
+    """The state at the end of a cycle, and what else is wanted.
 
     Attributes:
         state: The state.
         controllers: That of the controllers; None while it is not wanted.
         world: The bodies, where there is a new sample of these.
-        faults: The faults and warnings, where they are others than before.
-        workspace: Tool, scene and load, where they are others than before.
     """
 
     state: m.StateSample
     controllers: m.ControllersSample | None
     world: m.WorldSample | None
+
+
+class Known(ChannelMessage, frozen=True, tag="known"):
+    """What has changed; comes before samples and events that show it.
+
+    Attributes:
+        faults: The faults and warnings; None for those before.
+        workspace: Tool, scene and load; None for those before.
+    """
+
     faults: KnownFaults | None
     workspace: m.WorkspaceState | None
 
@@ -259,7 +267,9 @@ class End(ChannelMessage, frozen=True, tag="end"):
     """The arm is released: nothing more comes."""
 
 
-FromOwnerProcess = Begin | Answered | Refused | Record | EventAdded | NewSample | AskAlive | End
+FromOwnerProcess = (
+    Begin | Answered | Refused | Record | EventAdded | NewSample | Known | AskAlive | End
+)
 
 Internal = PlanningStart | GoalPaths | WorldStill
 """Results that no client gets as they are."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 
 from bioscara.api import messages as m
-from bioscara.server.channel.channel_messages import KnownFaults, NewSample
+from bioscara.server.channel.channel_messages import Known, KnownFaults
 
 _FRESH = 0.25
 """Age of a sample up to which it is the state now [s]; an older one has another cause than the time
@@ -33,11 +33,14 @@ class KnownState:
         self._commanded: dict[str, int] = {}
         """Cycle from which on each client that has commanded reads what is known here."""
 
-    def take(self, new: NewSample) -> None:
+    def take(self, sample: m.StateSample) -> None:
         """Take the state at the end of a cycle."""
-        self.sample, self._came = new.state, self._loop.time()
-        self._faults = new.faults or self._faults
-        self._workspace = new.workspace or self._workspace
+        self.sample, self._came = sample, self._loop.time()
+
+    def change(self, known: Known) -> None:
+        """Take what has changed."""
+        self._faults = known.faults or self._faults
+        self._workspace = known.workspace or self._workspace
 
     def commanded(self, session: str) -> None:
         """Take it that a command of a client was carried out."""

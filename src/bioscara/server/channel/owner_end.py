@@ -20,7 +20,7 @@ import msgspec
 from bioscara.api import framing, messages as m
 from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
-from bioscara.errors import BioscaraError, ConfigurationError
+from bioscara.errors import BioscaraError, ConfigurationError, NotInitializedError
 from bioscara.planning import Trajectory
 from bioscara.processes import nursery
 from bioscara.processes.supervision import Heartbeat, until_lost
@@ -399,10 +399,22 @@ class _Channel(asyncio.Protocol):
                 world = None
             else:
                 self._world = world
+            self._send_known()
+            self.send(c.NewSample(owner.sample, owner.controllers_sample, world))
+
+    def _send_known(self) -> None:
+        """Send what has changed of what the other process answers itself."""
+        owner = self._owner
+        try:
             self._faults, faults = owner.faults(self._faults)
-            if (workspace := owner.workspace(self._revision)) is not None:
-                self._revision = workspace.revision
-            self.send(c.NewSample(owner.sample, owner.controllers_sample, world, faults, workspace))
+            workspace = owner.workspace(self._revision)
+        except NotInitializedError:
+            # The arm is released already: nothing changes any more.
+            return
+        if workspace is not None:
+            self._revision = workspace.revision
+        if faults is not None or workspace is not None:
+            self.send(c.Known(faults, workspace))
 
     def send_record(self, session: str, cycle: m.GoalCycle) -> None:
         """Send a record of a cycle, unless too much waits."""
@@ -415,6 +427,7 @@ class _Channel(asyncio.Protocol):
 
     def pump(self) -> None:
         """Send the events that were not sent yet."""
+        self._send_known()
         for _ in range(_EVENTS):
             event = self._owner.events.after(self._cursor)
             if event is None:

@@ -146,8 +146,10 @@ class OwnerProxy(asyncio.Protocol):
 
     def _receive(self, message: Any) -> None:
         match message:
+            case c.Known():
+                self._known.change(message)
             case c.NewSample():
-                self._known.take(message)
+                self._known.take(message.state)
                 self.controllers_sample = message.controllers
                 self.world_sample = message.world or self.world_sample
                 self._history.add(message.state)
