@@ -194,8 +194,9 @@ def moving_arm(folder: Path, *words: str, web: bool = True, **options: Any) -> I
         def bioscara(log: str, *arguments: str) -> subprocess.Popen[str]:
             output = stack.enter_context((folder / log).open("w"))
             command = [*PYTHON, "-m", "bioscara", *arguments]
-            given = {"cwd": folder, "env": environment(), **options}
-            return stack.enter_context(started(command, stdout=output, stderr=output, **given))
+            files = {"stdout": output, "stderr": output}
+            given = {"cwd": folder, "env": environment(), **files, **options}
+            return stack.enter_context(started(command, **given))
 
         def wait_for(log: str, pattern: str, process: subprocess.Popen[str]) -> re.Match[str]:
             path = folder / log

@@ -213,6 +213,7 @@ class Rig:
         description: str | None = None,
         parameters: Mapping[str, Any] | None = None,
         configs: Sequence[Path] = CONFIGS,
+        stderr: int | None = None,
     ) -> Iterator[subprocess.Popen[str]]:
         """Run ``bioscara ros``; its log is ``node.log``.
 
@@ -221,6 +222,7 @@ class Rig:
             description: The URDF; empty for none, None for that of the arm.
             parameters: Further parameters of the manager.
             configs: Parameter files.
+            stderr: Descriptor for its log; None for the file.
         """
         text = URDF.read_text() if description is None else description
         given = {**({"robot_description": text} if text else {}), **(parameters or {})}
@@ -233,7 +235,8 @@ class Rig:
         ros = ["--ros-args", *files] if files else []
         with (self.folder / "node.log").open("a") as log:
             command = [self.python, "-m", "bioscara", "ros", *(words or ("--arm", NAME)), *ros]
-            with started(command, env=self.environment, stdout=log, stderr=log) as process:
+            files = {"stdout": log, "stderr": log if stderr is None else stderr}
+            with started(command, env=self.environment, **files) as process:
                 try:
                     yield process
                 finally:

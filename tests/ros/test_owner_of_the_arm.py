@@ -28,8 +28,9 @@ from ros.bringup_controllers import (
     goal,
     near,
 )
-from ros.rig import ABORTED, MANAGER, Rig, Ros, rig
+from ros.rig import ABORTED, CANCELED, MANAGER, Rig, Ros, rig
 from served import HALF, NAME
+from unread import unread
 
 pytestmark = pytest.mark.ros
 SLOWLY = goal(near(0.2, at=60.0))
@@ -258,6 +259,32 @@ def test_rule_65_ctrl_c_twice_ends_the_node_once_its_controllers_are_unloaded(
         assert all(name.startswith("arm.") for name in listed)
         assert "Traceback" not in site.log
         wait_until(lambda: lease_is_free(other), "a free lease")
+
+
+def test_a_node_whose_log_is_not_read_answers_and_ends(site: Rig, ros: Ros) -> None:
+    # Much of this log is written by code in C.
+    words = ("--arm", NAME, "--ros-args", "--log-level", "debug")
+    with unread() as log, site.node(*words, stderr=log.written) as node, site.observed() as other:
+        ros.found()
+        energise(ros)
+        ros.spawn(VELOCITY)
+        log.block()
+        assert not ros.manager("load_controller", name="unknown")["ok"]
+        number = follow(ros, VELOCITY, goal(near(0.3, at=60.0)))
+        for _ in range(400):
+            assert ros.states() == {VELOCITY: "active"}
+        begin = time.monotonic()
+        ros.do("cancel", number=number)
+        assert ended(ros, number)["status"] == CANCELED
+        assert time.monotonic() - begin < 2.0
+        follow(ros, VELOCITY, goal(near(0.3, at=60.0)))
+        wait_until(lambda: other.is_moving, "an arm in motion")
+        other.stop()
+        wait_until(lambda: not other.is_moving, "an arm at rest", 2.0)
+        log.read()
+        assert "cannot load 'unknown'" in log.wait_for("left out here, as the output was not read")
+        node.send_signal(signal.SIGINT)
+        assert node.wait(LIMIT) == 0
 
 
 def test_a_second_node_of_the_same_name_is_reported(site: Rig, ros: Ros) -> None:

@@ -20,6 +20,7 @@ from pathlib import Path
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.parser import parse
 from bioscara.errors import BioscaraError, HardwareError
+from bioscara.processes.diagnostics import finish
 
 
 def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
@@ -41,6 +42,7 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
     options.paced = paced
     try:
         status = options.run(options, output) or ExitStatus.OK
+        finish()
         if status is not ExitStatus.INTERRUPTED:
             output.check()
         sys.stdout.flush()

@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 
 from bioscara.api.messages import LogLines
 from bioscara.printing import printable
+from bioscara.processes.diagnostics import note_by
 from bioscara.server.log_limit import LogLimit
 
 _KEPT = 2000
@@ -88,12 +89,18 @@ def set_up(*, as_json: bool, least: int = logging.INFO) -> None:
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(least)
     journal = "JOURNAL_STREAM" in os.environ
-    handler.setFormatter(_Json() if as_json else _Lines(journal=journal))
+    form = _Json() if as_json else _Lines(journal=journal)
+    handler.setFormatter(form)
+    note_by(lambda text: form.format(_warning(text)))
     root, limit = logging.getLogger(), LogLimit()
     for each in (handler, kept):
         each.filters[:] = [_is_no_robots, limit]
     root.handlers[:] = [handler, kept]
     root.setLevel(logging.INFO)
+
+
+def _warning(text: str) -> logging.LogRecord:
+    return logging.LogRecord(__name__, logging.WARNING, __file__, 0, text, None, None)
 
 
 def _is_no_robots(record: logging.LogRecord) -> bool:

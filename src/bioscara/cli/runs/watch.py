@@ -22,6 +22,7 @@ from bioscara.cli.signals import StopRequest
 from bioscara.connect import Robot
 from bioscara.errors import InvalidArgumentError, OwnerLostError
 from bioscara.model import ArmParameters
+from bioscara.processes.diagnostics import never_wait
 from bioscara.server import log
 from bioscara.server.serve import ServeSettings, serving
 
@@ -62,6 +63,7 @@ def watch(
             f"--bus {options.bus} --with web"
         )
     require_packages()
+    never_wait()
     log.set_up(as_json=False, least=logging.WARNING)  # not into the display of the motion
     settings = ServeSettings(
         NAME,

@@ -57,7 +57,8 @@ class Watchdog:
             if not text.isascii() or not text.isdigit() or int(text) == 0:
                 raise ConfigurationError(f"WATCHDOG_USEC={text} is no number above zero")
             timeout = int(text) * 1e-6
-            faulthandler.enable()
+            if not faulthandler.is_enabled():
+                faulthandler.enable()
         return cls(address, timeout)
 
     def feed(self, time: float) -> None:

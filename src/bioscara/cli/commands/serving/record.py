@@ -148,10 +148,12 @@ def run(options: Options, output: Output) -> ExitStatus | None:
 def _start(options: Options, output: Output) -> ExitStatus:
     from bioscara.cli.signals import StopRequest
     from bioscara.processes.child_process import Questions
+    from bioscara.processes.diagnostics import never_wait
     from bioscara.recording.writing.folder import RecordingFolder
     from bioscara.recording.writing.owner_recorder import FileLimits
     from bioscara.recording.writing.recorder import record
 
+    never_wait()
     arm = options.arm or DEFAULT
     folder = RecordingFolder(options.out, arm, options.keep)
     limits = FileLimits(options.max_size, options.max_time)
@@ -191,8 +193,10 @@ def _replay(options: Options, output: Output) -> None:
     import signal
 
     from bioscara.api.runtime import OwnerClaim
+    from bioscara.processes.diagnostics import never_wait
     from bioscara.recording.reading.replay import ReplayedArm, serve_recording
 
+    never_wait()
     arm = ReplayedArm(options.file, options.name, options.real_time_factor)
     claim = OwnerClaim(options.name, f"recording {options.file.name}")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
@@ -80,10 +82,14 @@ def run(options: Options, output: Output) -> None:  # noqa: ARG001
     from bioscara.cli.owner_link import owner_name
     from bioscara.cli.signals import StopRequest
     from bioscara.processes.child_process import Questions
+    from bioscara.processes.diagnostics import never_wait
     from bioscara.ros import owner_process
 
+    if sys.stderr is not None and sys.stderr.isatty():
+        # Of rcutils, which sees a pipe from here on.
+        os.environ.setdefault("RCUTILS_COLORIZED_OUTPUT", "1")
+    never_wait(all_of_c=True)
     Questions().answer_always()
-
     arm = (options.arm or DEFAULT) if options.bus else owner_name(options)
     if options.bus:
         owner_process.require_free(arm)

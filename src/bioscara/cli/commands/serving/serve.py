@@ -139,13 +139,14 @@ def run(options: Options, output: Output) -> None:
     from bioscara.cli.teach_table import table_file
     from bioscara.connect import Robot
     from bioscara.planning.world import read_world
+    from bioscara.processes.diagnostics import never_wait
     from bioscara.processes.nursery import start_early
     from bioscara.server import log
     from bioscara.server.channel.api_process import MODULES
     from bioscara.server.serve import ServeSettings, serve
 
     # First: nothing is open yet, and no thread runs.
-    start_early(MODULES, fork=True)
+    never_wait(lambda: start_early(MODULES, fork=True))
     parameters = parameters_from(options)
     settings = ServeSettings(
         name=options.name,

@@ -72,8 +72,10 @@ def run(options: Options, output: Output) -> None:
     """
     require_packages()
     from bioscara.cli.signals import StopRequest
+    from bioscara.processes.diagnostics import never_wait
     from bioscara.server import log
 
+    never_wait()
     log.set_up(as_json=False)
     with StopRequest() as cancelled:
         server, address = _server(options)

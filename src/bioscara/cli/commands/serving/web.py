@@ -94,6 +94,7 @@ def run(options: Options, output: Output) -> None:
     require_packages()
     from bioscara.cli.owner_link import owner_name
     from bioscara.cli.signals import StopRequest
+    from bioscara.processes.diagnostics import never_wait
     from bioscara.processes.nursery import start_early
     from bioscara.robot.tasks.scope import Scope
     from bioscara.server import log
@@ -101,7 +102,7 @@ def run(options: Options, output: Output) -> None:
     from bioscara.web.routes.dashboard.work import MODULES
 
     # First: nothing is open yet, and no thread runs.
-    start_early(MODULES, fork=True)
+    never_wait(lambda: start_early(MODULES, fork=True))
     arm = owner_name(options)
     settings = GatewaySettings(
         arm,

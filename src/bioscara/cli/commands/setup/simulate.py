@@ -37,12 +37,14 @@ def run(options: Options, output: Output) -> None:
 
     from bioscara.cli.signals import StopRequest
     from bioscara.model import load_parameters
+    from bioscara.processes.diagnostics import never_wait
     from bioscara.sim import SimulatedArm, SimulatedServo, serve
 
     if (options.camera is None) is not (options.image is None):
         raise InvalidArgumentError("--camera and --image belong together; give both or none")
     if options.camera is not None and options.world is None:
         raise InvalidArgumentError("--camera shows a world; give --world FILE, too")
+    never_wait()
     arm = SimulatedArm(seed=options.seed, v1=options.v1)
     parameters = load_parameters()
     servo = SimulatedServo(parameters.gripper.outputs[0])
