@@ -54,7 +54,7 @@ class GatewayAddress:
         NotSupportedError: A package is missing.
     """
 
-    pause = 0.25
+    pause = 0.05
 
     def __init__(
         self,
