@@ -22,7 +22,7 @@ MESSAGES, VIEWER_MESSAGES = 200, 100
 """Frames that may come on a WebSocket in a second, and on all those of a client that may only look
 (the windows of a browser, or the programs of a computer)."""
 VIEWER_SHARE = 30
-"""Of the latter, those that each WebSocket may send whatever the others send."""
+"""Of the latter, those that each WebSocket may always send."""
 _UNIT, _VIEWER_UNIT = 64 << 10, 8 << 10
 """A longer frame counts as several: one for each so many bytes."""
 _SLICE = 1 << 10

@@ -116,7 +116,7 @@ def test_a_program_that_is_back_in_time_and_a_page_keep_the_lease(left: Site) ->
     lease = left.served.owner.lease
 
     def kept() -> bool:
-        """Return whether somebody has the lease, once it would have ended."""
+        """Return whether a client has the lease, once it would have ended."""
         time.sleep(1.5 * RETURN)
         return bool(lease.holder)
 

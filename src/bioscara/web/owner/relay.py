@@ -128,7 +128,7 @@ class Relay:
             await self._close(closing)
 
     def _farewell(self) -> bytes:
-        """Return the last message to the owner: what a client commands must not go on without it.
+        """Return the last message to the owner: the motions of a client must not go on without it.
 
         A browser may have a page that connects again; the lease of that one lapses.
         """
