@@ -223,16 +223,17 @@ def test_a_socket_that_another_user_has_put_in_the_place_of_the_owners_gets_noth
         # As a group that may write there.
         folder.chmod(0o1777)
         told, telling = os.pipe()
+        lock = lock_file(folder / f"{NAME}.lock", {"pid": os.getpid(), "bus": "sim"})
+        assert lock is not None
         child = os.fork()
         if child == 0:
             os.setgid(12345)
             os.setuid(12345)
-            lock = lock_file(folder / f"{NAME}.lock", {"pid": os.getpid(), "bus": "sim"})
             listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             listener.bind(os.fspath(folder / f"{NAME}.sock"))
             os.chmod(folder / f"{NAME}.sock", 0o666)
             listener.listen(8)
-            os.write(telling, b"%d" % (lock is not None))
+            os.write(telling, b"1")
             while True:
                 connection, _ = listener.accept()
                 os.write(telling, b"got:" + connection.recv(1 << 16))
@@ -252,5 +253,6 @@ def test_a_socket_that_another_user_has_put_in_the_place_of_the_owners_gets_noth
                 received += os.read(told, 64)
             assert received == b"got:" * 3
         finally:
+            os.close(lock)
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)

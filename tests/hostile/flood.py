@@ -55,14 +55,14 @@ FRAMES = {
 """Frames that are sent again and again, at once."""
 
 
-def connected(address: tuple[str, int], number: int) -> socket.socket:
-    """Connect from an address of this computer that no other connection of this attack has."""
-    return socket.create_connection(address, timeout=60.0, source_address=(f"127.0.1.{number}", 0))
+def connected(address: tuple[str, int]) -> socket.socket:
+    """Connect, from the address that the other clients have, too."""
+    return socket.create_connection(address, timeout=60.0)
 
 
-def websocket(address: tuple[str, int], token: str, number: int) -> socket.socket:
+def websocket(address: tuple[str, int], token: str) -> socket.socket:
     """Open a WebSocket and introduce its client."""
-    connection = connected(address, number)
+    connection = connected(address)
     lines = (
         "GET /ws HTTP/1.1",
         f"Host: {address[0]}:{address[1]}",
@@ -94,19 +94,29 @@ def steadily(data: bytes) -> Iterator[bytes]:
         yield data
 
 
-def attack(kind: str, address: tuple[str, int], token: str, number: int) -> None:
+def attack(kind: str, address: tuple[str, int], token: str) -> None:
     """Flood until cut off."""
+    if kind == "stops":
+        head = (
+            f"POST /api/arms/absent/stop HTTP/1.1\r\nHost: {address[0]}:{address[1]}\r\n"
+            f"Authorization: Bearer {token}\r\nContent-Length: 0\r\n\r\n"
+        )
+        with connected(address) as connection:
+            while True:
+                connection.sendall(head.encode())
+                if not connection.recv(1 << 16):
+                    return
     if kind == "uploads":
         body = b"- [" + b"1.25, " * ((8 << 20) // 6 - 2) + b"1]\n"
         head = (
             f"POST /api/trajectories?name=a.yaml HTTP/1.1\r\nHost: {address[0]}:{address[1]}\r\n"
             f"Authorization: Bearer {token}\r\nContent-Length: {len(body)}\r\n\r\n"
         )
-        with connected(address, number) as connection:
+        with connected(address) as connection:
             connection.sendall(head.encode() + body)
             connection.recv(4096)
         return
-    with websocket(address, token, number) as connection:
+    with websocket(address, token) as connection:
         if kind in COMMANDS:
             for data in steadily(request(COMMANDS[kind])):
                 connection.sendall(data)
@@ -126,8 +136,8 @@ def main() -> None:
             time.sleep(0.05)
 
     number = int(count[0]) if count else 1
-    for each in range(1, number + 1):
-        work = partial(attack, kind, (host, int(port)), token, each)
+    work = partial(attack, kind, (host, int(port)), token)
+    for _ in range(number):
         threading.Thread(target=go, args=(work,), daemon=True).start()
     for _ in range(number):
         begun.acquire()

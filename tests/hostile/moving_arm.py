@@ -113,6 +113,31 @@ class MovingArm:
             wait_for_line(flood, "flooding")
             yield
 
+    def send_stop(self) -> None:
+        """Send a STOP to the gateway over a new WebSocket that may only look."""
+        self._ask("stop")
+
+    def look(self) -> None:
+        """Open a new WebSocket that may only look, and ask for the state."""
+        self._ask("get_state")
+
+    def _ask(self, command: str) -> None:
+        with self._websocket("view") as client:
+            answer = client.request(command)
+            assert answer["kind"] in {"state", "done"}, answer
+
+    @contextmanager
+    def _websocket(self, scope: str) -> Iterator[WebClientOfTest]:
+        with connect(
+            self.origin.replace("http", "ws", 1) + "/ws",
+            additional_headers=self.bearer(scope),
+            compression=None,
+            open_timeout=LIMIT,
+        ) as socket:
+            client = WebClientOfTest(socket)
+            client.greet(scope)
+            yield client
+
     def round_trips(self, seconds: float, scope: str = "operate") -> list[float]:
         """Return the times of requests on a WebSocket that follow one another, sorted [s].
 
@@ -121,14 +146,7 @@ class MovingArm:
             scope: Scope of the token.
         """
         found = []
-        with connect(
-            self.origin.replace("http", "ws", 1) + "/ws",
-            additional_headers=self.bearer(scope),
-            compression=None,
-            open_timeout=LIMIT,
-        ) as socket:
-            client = WebClientOfTest(socket)
-            client.greet("operator")
+        with self._websocket(scope) as client:
             end = time.monotonic() + seconds
             while (begin := time.monotonic()) < end:
                 client.request("get_lease")

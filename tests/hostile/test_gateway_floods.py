@@ -23,8 +23,13 @@ def test_floods_of_viewers_delay_no_stop_and_no_operator(tmp_path: Path) -> None
             ("cheap", 8),
             ("long", 8),
             ("uploads", 4),
+            ("stops", 16),
         ):
             with entry(kind), arm.flooded(kind, count):
                 trips = arm.round_trips(2.0)
                 assert trips[int(0.95 * len(trips))] < LATENCY, trips[-10:]
                 assert arm.stop(arm.post_stop) < LATENCY
+                arm.until_moving()
+                for _ in range(10):
+                    arm.look()
+                assert arm.stop(arm.send_stop) < LATENCY

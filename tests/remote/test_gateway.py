@@ -325,6 +325,43 @@ def test_a_goal_is_carried_out_once_wherever_the_network_breaks(
             sign = -sign
 
 
+def test_a_short_break_of_the_network_keeps_the_motion_and_a_longer_one_ends_it() -> None:
+    # The proxy has the port of the gateway, which answers to its own names alone.
+    listener = socket.create_server(("127.0.0.1", 0))
+    port = listener.getsockname()[1]
+    with (
+        arm_served(speed=1.0) as served,
+        running_gateway(Gateway(GatewaySettings(NAME, host="127.0.0.2", port=port))),
+        closing(Proxy(listener, socket.AF_INET, ("127.0.0.2", port))) as proxy,
+        Robot.connect(f"http://127.0.0.1:{port}", token=token()) as connected,
+    ):
+        robot: Any = connected
+        robot.speed_override = 0.1
+        operation = robot.move_joints(LONG, wait=False)
+        eventually(lambda: robot.is_moving)
+        epoch = served.owner.lease.epoch
+        for _ in range(3):
+            proxy.cut()
+            # Longer than a program may be away.
+            time.sleep(0.5)
+            assert served.owner.goals.running
+        assert served.owner.lease.epoch == epoch
+        proxy.accepting = False
+        begin = time.monotonic()
+        proxy.cut()
+        eventually(lambda: not served.owner.goals.running, what="the motion ends")
+        # The lease of a silent program ends after 2 s.
+        assert time.monotonic() - begin < 1.5
+        proxy.accepting = True
+        with pytest.raises((MotionCancelledError, LeaseError)):
+            operation.result(20.0)
+        with pytest.raises(LeaseError, match="acquire_lease"):
+            robot.move_joints(HALF)
+        robot.acquire_lease()
+        robot.speed_override = 1.0
+        robot.move_relative(z=0.002)
+
+
 def test_a_gateway_that_is_killed_stops_the_motion_and_is_found_again(start: Start) -> None:
     with arm_served(speed=1.0) as served:
         process, url, _ = started(start, "--port", "0")

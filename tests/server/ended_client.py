@@ -1,4 +1,4 @@
-"""A program that moves a served arm and then ends: ``ended_client.py KIND TERMINAL``.
+"""A program that moves a served arm and then ends: ``ended_client.py KIND TERMINAL [ADDRESS SHA]``.
 
 It says "moving" when the arm moves; with a kind that ends normally, it reads a line and says
 "ending" with the time at which it ends.
@@ -14,6 +14,8 @@ from bioscara import Robot
 from bioscara.robot.arm_methods import ArmMethods
 from served import NAME
 
+OWN = (f"arm:{NAME}", "")
+"""The address of the arm on this computer, without the fingerprint of a certificate."""
 FAR = 1.2
 """Distance of both ends of the motion from the middle [rad]."""
 FAST = 0.3
@@ -41,11 +43,12 @@ def ending() -> None:
 
 
 def main() -> None:
-    kind, terminal = sys.argv[1:]
+    kind, terminal, *way = sys.argv[1:]
     if terminal:
         # The first terminal that the first process of a session opens controls the session.
         os.open(terminal, os.O_RDWR)
-    robot = Robot.connect(f"arm:{NAME}")
+    address, fingerprint = way or OWN
+    robot = Robot.connect(address, fingerprint=fingerprint or None)
     if kind == "in a with":
         with robot:
             begin(robot)

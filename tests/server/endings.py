@@ -1,6 +1,7 @@
 """How the arm comes to rest when a program ends that moves it, measured at the plant in real time.
 
-Run by hand it prints the table of docs/server.md: PYTHONPATH=tests python -m server.endings
+Run by hand it prints the table of docs/server.md, and with the word "https" that of docs/web.md:
+OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests python -m server.endings https
 """
 
 from __future__ import annotations
@@ -12,16 +13,20 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from bioscara.kinematics import Joints
+from bioscara.remote.gateway import TOKEN_VARIABLE
+from bioscara.robot.tasks.scope import Scope
 from bioscara.server.serve import Served
+from bioscara.web.access.tokens import default_path, load_tokens
 from programs import environment, running, wait_for_line, wait_until
-from served import HALF, arm_served
+from served import HALF, NAME, arm_served
+from server.ended_client import OWN
 from simulated import NAMES, simulated_bus
 
 PROGRAM = Path(__file__).with_name("ended_client.py")
@@ -55,6 +60,23 @@ WAYS = (
     Way("SIGKILL", OUTSIDE, signal.SIGKILL),
     Way("closed terminal", INSIDE, terminal=True),
 )
+
+
+class Door(NamedTuple):
+    """How a program reaches the arm.
+
+    Attributes:
+        address: Its address.
+        fingerprint: That of the certificate; empty for none.
+        token: The token of a gateway; empty for none.
+    """
+
+    address: str
+    fingerprint: str
+    token: str = ""
+
+
+SOCKET = Door(*OWN)
 
 
 class Ending(NamedTuple):
@@ -91,11 +113,11 @@ class Plant:
         rows, forward = np.array(self._rows), self.served.robot.kinematics.forward
         return rows[:, 0], np.array([forward(Joints(*row))[:3] for row in rows[:, 1:]])
 
-    def measure(self, way: Way) -> Ending:
+    def measure(self, way: Way, door: Door = SOCKET) -> Ending:
         """Let a program move the arm and end; it has ended, and the arm is at rest."""
         self._rows.clear()
         moving = self.served.robot.runner.arm.arbiter
-        with _program(way) as (process, terminal):
+        with _program(way, door) as (process, terminal):
             # At constant speed.
             time.sleep(0.3)
             end = _end(way, process, terminal)
@@ -115,11 +137,23 @@ def plant() -> Iterator[Plant]:
 
 
 @contextmanager
-def _program(way: Way) -> Iterator[tuple[subprocess.Popen[str], int]]:
+def gateway() -> Iterator[Door]:
+    """Run the gateway of the arm, with TLS, on this computer."""
+    words = ("-m", "bioscara", "web", "--arm", NAME, "--port", "0", "--tls-self-signed")
+    with running(*words, env=environment()) as process:
+        address = wait_for_line(process, "on the web: ").split("on the web: ")[1].split()[0]
+        fingerprint = wait_for_line(process, "SHA-256").split()[-1]
+        yield Door(address, fingerprint, load_tokens(default_path(NAME)).of(Scope.OPERATE))
+
+
+@contextmanager
+def _program(way: Way, door: Door) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """Run the program until the arm moves; with the near end of its terminal."""
     near, far = pty.openpty() if way.terminal else (-1, -1)
-    words = (str(PROGRAM), way.kind, os.ttyname(far) if way.terminal else "")
-    options = {"env": environment(), "stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    end = os.ttyname(far) if way.terminal else ""
+    words = (str(PROGRAM), way.kind, end, door.address, door.fingerprint)
+    environ = environment(**{TOKEN_VARIABLE: door.token})
+    options = {"env": environ, "stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     with running(*words, cold=way.kind in BY_ITSELF[:2], **options) as process:
         wait_for_line(process, "moving")
         if way.terminal:
@@ -148,20 +182,20 @@ def _ending(times: np.ndarray, places: np.ndarray, end: float) -> Ending:
     speeds = np.convolve(speeds, np.ones(5) / 5.0, mode="same")
     times = times[1:]
     before = float(np.median(speeds[(times > end - 0.15) & (times <= end)]))
-    after = times > end
-    slower = times[after & (speeds < 0.95 * before)]
+    # The last one: a late cycle looks slower.
+    fast = times[speeds >= 0.95 * before]
     rest = times[speeds > 2e-3][-1]
     moved = (times > end) & (times <= rest)
     way = float(np.sum(np.linalg.norm(np.diff(places, axis=0), axis=1)[moved]))
-    return Ending(before, float(slower[0] - end), float(rest - end), way)
+    return Ending(before, max(float(fast[-1] - end), 0.0), float(rest - end), way)
 
 
 def main() -> None:
     lines = ["| the program ends by | decelerates after | at rest after | way of the tool |"]
     lines.append("| --- | --- | --- | --- |")
-    with plant() as arm:
+    with plant() as arm, gateway() if "https" in sys.argv else nullcontext(SOCKET) as door:
         for way in WAYS:
-            found = arm.measure(way)
+            found = arm.measure(way, door)
             lines.append(
                 f"| {way.name} | {1e3 * found.begin:.0f} ms | {1e3 * found.rest:.0f} ms "
                 f"| {1e3 * found.way:.0f} mm |"

@@ -14,9 +14,11 @@ from bioscara.errors import BusyError, LeaseError, NotInitializedError
 from bioscara.remote import RemoteRobot, remote_robot
 from programs import environment, wait_for_line
 from served import NAME, events_since, eventually
-from server.endings import PROGRAM, WAYS, Plant, Way, plant
+from server.endings import PROGRAM, WAYS, Door, Plant, Way, gateway, plant
 
 Start = Callable[..., subprocess.Popen[str]]
+USUAL = ("return", "os._exit", "SIGKILL")
+"""Ways that differ most; the others are tried beyond a gateway now and then."""
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +36,29 @@ def test_the_arm_decelerates_within_100_ms_however_its_program_ends(arm: Plant, 
     assert ending.way < 0.06, ending
     robot = arm.served.robot
     assert (robot.faults, robot.is_enabled) == ((), True)
+    assert not arm.served.owner.lease.holder
+
+
+@pytest.fixture(scope="module")
+def https(arm: Plant) -> Iterator[Door]:
+    assert arm.served.robot.is_homed
+    with gateway() as door:
+        yield door
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize(
+    "way",
+    [way if way.name in USUAL else pytest.param(way, marks=pytest.mark.thorough) for way in WAYS],
+    ids=lambda way: way.name,
+)
+def test_the_arm_decelerates_within_500_ms_however_its_program_beyond_the_gateway_ends(
+    arm: Plant, https: Door, way: Way
+) -> None:
+    ending = arm.measure(way, https)
+    assert ending.speed > 0.2
+    assert ending.begin < 0.5, ending
+    assert ending.way < 0.16, ending
     assert not arm.served.owner.lease.holder
 
 

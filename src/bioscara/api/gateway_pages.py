@@ -51,14 +51,14 @@ def page_of(arm: str) -> str | None:
     Args:
         arm: Name of the owner.
     """
-    with suppress(OSError):
-        pattern = f"{require_name(arm)}.*.page"
-        for path in [each for place in folders() for each in sorted(place.glob(pattern))]:
-            content = locked_content(path)
-            url = None if content is None else content.get("url")
-            if isinstance(url, str) and _URL.fullmatch(url):
-                return url
-            if content is None and time.time() - path.stat().st_mtime > _STALE:
+    pattern = f"{require_name(arm)}.*.page"
+    for path in [each for place in folders() for each in sorted(place.glob(pattern))]:
+        content = locked_content(path)
+        url = None if content is None else content.get("url")
+        if isinstance(url, str) and _URL.fullmatch(url):
+            return url
+        with suppress(OSError):
+            if content is None and time.time() - path.lstat().st_mtime > _STALE:
                 # Of a gateway that was killed; a younger one may be about to be locked.
                 path.unlink()
     return None

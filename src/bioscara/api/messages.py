@@ -1282,10 +1282,16 @@ class Received(ApiMessage, frozen=True, forbid_unknown_fields=True, tag="receive
 
 
 class Leave(ApiMessage, frozen=True, forbid_unknown_fields=True, tag="leave"):
-    """End this client, and its lease at once if it has one; has no answer.
+    """End this client, and its lease if it has one; has no answer.
 
-    A gateway says it for a browser whose page was closed, as that may have no time for it.
+    A gateway says it for a page that was closed, as that may have no time for it, and for a program
+    whose connection has ended.
+
+    Attributes:
+        may_return: Whether the client goes on if its session has a connection again within 0.3 s.
     """
+
+    may_return: bool = False
 
 
 FromClient = ClientHello | ClientRequest | Received | Leave

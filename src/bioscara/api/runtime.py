@@ -7,6 +7,7 @@ Imports the standard library and modules that do so only, as ``bioscara stop`` m
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import os
@@ -25,6 +26,8 @@ from bioscara.errors import (
     InvalidArgumentError,
     OwnerLostError,
 )
+from bioscara.files.regular_file import RegularFile
+from bioscara.printing import brief
 from bioscara.processes.forking import in_child
 
 VARIABLE = "BIOSCARA_RUNTIME"
@@ -44,6 +47,8 @@ _CREDENTIALS = struct.Struct("3i")
 """Process, user and group of the other end, as a ``struct ucred``."""
 _BACKLOG = 128
 """Clients that may wait to be served."""
+_LONGEST_CONTENT = 4096
+"""Longest content of a lock file [byte]."""
 _LONGEST_PATH = 107
 """Longest path of a Unix socket on Linux [byte]."""
 
@@ -213,9 +218,11 @@ class OwnerClaim:
             self._lock = self._take()
             self._listen()
         except OSError as error:
+            odd = error.filename in {str(self.socket), str(self._path)}
+            what, remedy = (f"{Path(error.filename).name}: ", "remove it, or ") if odd else ("", "")
             raise ConfigurationError(
                 f"the sockets of served arms cannot be in {self.socket.parent}: "
-                f"{error.strerror or error}; set {VARIABLE} to another folder"
+                f"{what}{error.strerror or error}; {remedy}set {VARIABLE} to another folder"
             ) from error
         in_child(self._forget)
 
@@ -340,9 +347,15 @@ def lock_file(path: Path, content: dict[str, object]) -> int | None:
         The opened file; None if another process has it.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: It cannot be written, or is no regular file of this user.
     """
-    lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    # Not blocking: else a pipe or a device without another end would be waited for.
+    flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+    lock = os.open(path, flags, 0o600)
+    status = os.fstat(lock)
+    if not stat.S_ISREG(status.st_mode) or status.st_uid != os.getuid():
+        os.close(lock)
+        raise OSError(errno.EINVAL, "it is no regular file of this user", str(path))
     try:
         fcntl.fcntl(lock, fcntl.F_OFD_SETLK, _WRITE_LOCK)
     except (BlockingIOError, PermissionError):
@@ -354,22 +367,22 @@ def lock_file(path: Path, content: dict[str, object]) -> int | None:
 
 
 def locked_content(path: Path) -> dict[str, object] | None:
-    """Return the content of a file of :func:`lock_file`; None if no process has locked it."""
+    """Return the content of a file of :func:`lock_file`; None if no process has locked it.
+
+    None also for what such a file cannot be: others may put anything into a folder that they share.
+    """
     try:
-        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
+        with RegularFile(path).open() as file:
+            if os.fstat(file.fileno()).st_uid not in _trusted(path.parent):
+                return None
+            # Asked for, not taken: a lock taken for a moment would refuse an owner that begins.
+            found = fcntl.fcntl(file, fcntl.F_OFD_GETLK, _WRITE_LOCK)
+            if struct.unpack(_FLOCK, found)[0] == fcntl.F_UNLCK:
+                return None
+            content = json.loads(os.pread(file.fileno(), _LONGEST_CONTENT, 0))
+    except (OSError, ValueError, RecursionError):
         return None
-    try:
-        # Asked for, not taken: a lock taken for a moment would refuse an owner that begins then.
-        (kind, *_) = struct.unpack(_FLOCK, fcntl.fcntl(file, fcntl.F_OFD_GETLK, _WRITE_LOCK))
-        if kind == fcntl.F_UNLCK:
-            return None
-        with suppress(ValueError, RecursionError):
-            content = json.loads(os.pread(file, 4096, 0))
-            return content if isinstance(content, dict) else None
-        return None
-    finally:
-        os.close(file)
+    return content if isinstance(content, dict) else None
 
 
 def _taken(name: str, other: str) -> BusyOwnerError:
@@ -411,12 +424,21 @@ def require_trusted(connection: socket.socket, path: Path) -> int:
     # The kernel keeps this of the process that listens, also where the file was replaced since.
     found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     pid, user, _ = _CREDENTIALS.unpack(found)
-    if user not in {0, os.getuid(), path.parent.stat().st_uid}:
+    if user not in _trusted(path.parent):
         raise AccessError(
             f"process {pid} of user {user} listens at {path}, and the folder is not that user's: "
             "nothing was sent to it; end that process, and see who may write in the folder"
         )
     return int(pid)
+
+
+def _trusted(folder: Path) -> set[int]:
+    """Return the users whose sockets and files in a folder are used.
+
+    Raises:
+        OSError: The folder is gone.
+    """
+    return {0, os.getuid(), folder.stat().st_uid}
 
 
 def _make_folder(path: Path, *, shared: bool) -> None:
@@ -453,6 +475,7 @@ def _entry(lock: Path) -> OwnerEntry | None:
     content = locked_content(lock)
     if content is not None:
         with suppress(ValueError, KeyError, TypeError, OverflowError):
-            bus, pid = str(content["bus"]), int(str(content["pid"]))
-            return OwnerEntry(lock.stem, bus, pid, lock.with_suffix(".sock"))
+            bus, pid = brief(str(content["bus"])), int(str(content["pid"]))
+            if 0 < pid < 1 << 31:
+                return OwnerEntry(lock.stem, bus, pid, lock.with_suffix(".sock"))
     return None

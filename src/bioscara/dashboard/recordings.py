@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from bioscara.errors import InvalidArgumentError, RecordingError
-from bioscara.files.regular_file import RegularFile
+from bioscara.files.regular_file import McapFile
 from bioscara.planning.arrays import Array, Index
 from bioscara.recording.content import GRIPPER
 from bioscara.recording.reading.extent import Extent, extent_of
@@ -90,9 +90,10 @@ def recordings(folder: Path, arm: str) -> list[RecordingEntry]:
     return found
 
 
-def recording_of(folder: Path, arm: str, name: str) -> RegularFile | None:
+def recording_of(folder: Path, arm: str, name: str) -> McapFile | None:
     """Return the file of a name of the list; None if there is none."""
-    return next((p for p in RecordingFolder(folder, arm, 0).files() if p.name == name), None)
+    files = RecordingFolder(folder, arm, 0).files()
+    return next((path for path in files if path.name == name and path.is_one()), None)
 
 
 @lru_cache(_MOST_KNOWN)

@@ -8,6 +8,9 @@ import stat
 from pathlib import Path
 from typing import Any, BinaryIO
 
+MCAP_BEGIN = b"\x89MCAP0\r\n"
+"""The first bytes of each MCAP file."""
+
 
 class RegularFile(type(Path())):  # type: ignore[misc]  # the class of this system's paths
     """The path of a file that is read only if it is a regular one.
@@ -36,11 +39,44 @@ class RegularFile(type(Path())):  # type: ignore[misc]  # the class of this syst
         return os.lstat(self)
 
 
-def regular_files(folder: Path) -> list[RegularFile]:
-    """Return the regular files of a folder, in no order; none if it does not exist."""
+class McapFile(RegularFile):
+    """The path of a regular file that is read only if it begins as an MCAP file does.
+
+    Under such a name there may be a hard link to a file with secrets, which is a regular one.
+    """
+
+    __slots__ = ()
+
+    def open(self, *_: Any, **__: Any) -> BinaryIO:
+        """Open it for reading as bytes.
+
+        Raises:
+            OSError: It cannot be opened, or is none.
+        """
+        file = super().open()
+        if file.read(len(MCAP_BEGIN)) != MCAP_BEGIN:
+            file.close()
+            raise OSError(errno.EINVAL, "it is no MCAP file", str(self))
+        file.seek(0)
+        return file
+
+    def is_one(self) -> bool:
+        """Return whether it can be opened."""
+        try:
+            self.open().close()
+        except OSError:
+            return False
+        return True
+
+
+def mcap_files(folder: Path) -> list[McapFile]:
+    """Return the regular files of a folder with the name of an MCAP file, also with other content.
+
+    They are in no order; there are none if the folder does not exist.
+    """
     try:
         with os.scandir(folder) as entries:
             names = [each.name for each in entries if each.is_file(follow_symlinks=False)]
     except FileNotFoundError:
         return []
-    return [RegularFile(folder, name) for name in names]
+    return [McapFile(folder, name) for name in names if name.endswith(".mcap")]

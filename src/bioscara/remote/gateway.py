@@ -54,7 +54,7 @@ class GatewayAddress:
         NotSupportedError: A package is missing.
     """
 
-    pause, silence = 0.25, 5.0
+    pause, silence = 0.05, 5.0
     direct_stop = None
     """None: the gateway has one to its owner."""
 

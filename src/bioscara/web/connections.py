@@ -12,7 +12,6 @@ import asyncio
 import errno
 import resource
 import socket
-import time
 from typing import Any
 
 from bioscara.errors import ConfigurationError
@@ -22,8 +21,6 @@ KNOWN, VIEWERS = 256, 192
 """Largest number of connections with a credential, and of those that may only look."""
 NEWCOMERS = 64
 """Places of those without."""
-PENALTY = 2.0
-"""Time for which a client that was cut off may open no WebSocket [s]."""
 _FILES = 1024
 """Files that the gateway has open at most: for each connection one to the owner, and others."""
 _AT_ONCE = 16
@@ -58,15 +55,6 @@ class AcceptedConnection:
         self.client, self.scope = client, scope
         return self._connections.admit(self)
 
-    def cut_off(self) -> None:
-        """Let its client open no WebSocket for a while."""
-        self._connections.cut_off(self.client)
-
-    @property
-    def is_cut_off(self) -> bool:
-        """Whether its client may open no WebSocket now."""
-        return self._connections.is_cut_off(self.client)
-
     def end_after(self, time: float | None) -> None:
         """End it after a time, unless another one is set before that [s]; None for no limit."""
         if self._timer is not None:
@@ -93,8 +81,6 @@ class Connections:
         self._all: dict[int, AcceptedConnection] = {}
         """By the numbers of their files, the oldest first."""
         self._newcomers: dict[int, AcceptedConnection] = {}
-        self._cut_off: dict[str, float] = {}
-        """When each client that was cut off may open a WebSocket again."""
         self._places = {False: 0, True: 0}
         """Number of places that are taken, by whether their scope is to look only."""
 
@@ -142,16 +128,6 @@ class Connections:
         connection.has_place = True
         self._newcomers.pop(connection.file, None)
         return True
-
-    def cut_off(self, client: str) -> None:
-        """Let a client open no WebSocket for :data:`PENALTY`."""
-        now = time.monotonic()
-        self._cut_off = {each: until for each, until in self._cut_off.items() if until > now}
-        self._cut_off[client] = now + PENALTY
-
-    def is_cut_off(self, client: str) -> bool:
-        """Return whether a client may open no WebSocket now."""
-        return self._cut_off.get(client, 0.0) > time.monotonic()
 
 
 class Listener(socket.socket):

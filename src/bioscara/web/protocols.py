@@ -21,12 +21,15 @@ after that [s]: routes that read a body have shorter limits."""
 MESSAGES, VIEWER_MESSAGES = 200, 100
 """Frames that may come on a WebSocket in a second, and on all those of a client that may only look
 (the windows of a browser, or the programs of a computer)."""
+VIEWER_SHARE = 30
+"""Of the latter, those that each WebSocket may always send."""
 _UNIT, _VIEWER_UNIT = 64 << 10, 8 << 10
 """A longer frame counts as several: one for each so many bytes."""
 _SLICE = 1 << 10
 """Bytes that are parsed before the frames in them are counted: of the shortest some 170."""
-_FAREWELL = 1.0
-"""Time for which a client that was cut off can read the reason [s]."""
+_FAREWELL = 2.0
+"""Time for which a client that was cut off keeps its connection, and can read the reason [s]: a new
+WebSocket costs as much as some fifty frames."""
 
 _log = logging.getLogger(__name__)
 
@@ -99,6 +102,7 @@ class CountedWebSocket(WebSocketsSansIOProtocol):
     def __init__(self, viewers: RateLimits, **options: Any) -> None:
         super().__init__(**options)
         self._viewers, self._rate = viewers, RateLimit(MESSAGES, MESSAGES)
+        self._share = RateLimit(VIEWER_SHARE, VIEWER_SHARE)
 
     def data_received(self, data: bytes) -> None:
         """Take bytes of the client, a few at a time: parsing thousands of pings takes a second."""
@@ -119,13 +123,13 @@ class CountedWebSocket(WebSocketsSansIOProtocol):
         length = sum(len(frame.data) for frame in frames)
         if connection.scope == Scope.VIEW:
             most = VIEWER_MESSAGES
-            taken = self._viewers.take(connection.client, len(frames) + length / _VIEWER_UNIT)
+            cost = len(frames) + length / _VIEWER_UNIT
+            taken = self._share.take(cost) or self._viewers.take(connection.client, cost)
         else:
             most = MESSAGES
             taken = self._rate.take(len(frames) + length / _UNIT)
         if taken:
             return True
-        connection.cut_off()
         address = self.client[0] if self.client else ""
         reason = f"more than {most} messages in a second"
         _log.warning("client %s is cut off: it sent %s", address, reason)

@@ -121,7 +121,7 @@ def test_few_requests_a_second_are_taken_from_each(own: Site) -> None:
         found = [client.get("/healthz").status_code for _ in range(3 * REQUESTS)]
         assert set(found) == {200, 429}
         assert browser.get("/session").status_code == 200
-        # The page has more files than that, and STOP has a limit of its own.
+        # The page has more files than that, and STOP has no limit.
         assert {client.get("/css/base.css").status_code for _ in range(3 * REQUESTS)} == {200}
         found = [browser.get("/api/state").status_code for _ in range(3 * REQUESTS)]
         assert set(found) == {200, 429}

@@ -301,6 +301,28 @@ def test_who_floods_is_cut_off_and_others_are_not(own: Site) -> None:
         assert other.request("get_state")["kind"] == "state"
 
 
+def test_a_viewer_that_floods_keeps_out_no_other_of_its_address(own: Site) -> None:
+    with own.client(Scope.VIEW) as busy, own.client(Scope.VIEW) as other:
+        # Nearly all that they may send together.
+        for _ in range(protocols.VIEWER_MESSAGES + protocols.VIEWER_SHARE - 10):
+            busy.socket.ping()
+        for _ in range(protocols.VIEWER_SHARE - 5):
+            other.send({"kind": "request", "id": 99, "command": {"kind": "get_lease"}})
+        assert other.request("stop") == {"kind": "done"}
+    with own.websocket(own.bearer(Scope.VIEW)) as connection:
+        flooding = WebClientOfTest(connection)
+        flooding.greet()
+        with suppress(ConnectionClosed):
+            for _ in range(4 * protocols.VIEWER_MESSAGES):
+                connection.ping()
+        begin = time.monotonic()
+        for _ in range(10):
+            with own.client(Scope.VIEW) as other:
+                assert other.request("get_state")["kind"] == "state"
+        assert time.monotonic() - begin < protocols._FAREWELL
+        assert flooding.closed()[0] == 1008
+
+
 def test_a_slow_reader_gets_the_newest_sample_after_few_old_ones() -> None:
     # At 20 times the speed, 2000 samples of 1 kB a second.
     with site("fast", speed=20.0) as made:

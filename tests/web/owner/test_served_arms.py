@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from subprocess import Popen
 
 import pytest
 
+from bioscara.api import runtime
 from bioscara.api.gateway_pages import Announcement, page_of
 from bioscara.api.runtime import folder
 from bioscara.robot.tasks.scope import Scope
+from bioscara.web.access.guard import REQUESTS
 from programs import wait_until
 from served import runtime_folder
 from web.gateways import Site, arm, site
@@ -53,6 +57,32 @@ def test_a_name_that_is_none_stops_nothing(cell: Site, name: str) -> None:
     with cell.http(headers=cell.bearer(Scope.OPERATE)) as client:
         answer = client.post(f"/api/arms/{name}/stop")
     assert answer.status_code == 404
+
+
+def test_stops_of_an_arm_that_is_none_use_up_no_stop_of_another_viewer(
+    cell: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lookups: list[float] = []
+    owners = runtime.owners
+
+    def counted() -> list[runtime.OwnerEntry]:
+        lookups.append(time.monotonic())
+        return owners()
+
+    monkeypatch.setattr(runtime, "owners", counted)
+
+    def post(path: str) -> set[int]:
+        with cell.http(headers=cell.bearer(Scope.VIEW)) as client:
+            return {client.post(path).status_code for _ in range(2 * REQUESTS)}
+
+    paths = [*(f"/api/arms/absent{number}/stop" for number in range(4))]
+    paths += ["/api/arms/left/stop", "/api/stop"]
+    begin = time.monotonic()
+    with ThreadPoolExecutor(len(paths)) as pool:
+        found = list(pool.map(post, paths))
+    assert found == [{404}, {404}, {404}, {404}, {200}, {200}]
+    # At most 20 a second.
+    assert len(lookups) <= 1 + 20 * (time.monotonic() - begin), len(lookups)
 
 
 OWNER = """

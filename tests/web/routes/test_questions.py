@@ -12,6 +12,7 @@ import msgspec
 import pytest
 
 from bioscara.api import messages as m
+from bioscara.files.regular_file import MCAP_BEGIN
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.questions import QUESTIONS
 from programs import wait_until
@@ -31,7 +32,7 @@ def test_an_answer_is_the_struct_of_the_owner(path: str, left: Site) -> None:
 
 
 NAMES = ("stall.mcap", "a b;'\"=.mcap", "a\x1b[2J\nb.mcap", "größe.mcap", "%2e%2e.mcap")
-DATA = bytes(range(256))
+DATA = MCAP_BEGIN + bytes(range(256))
 
 
 def test_flight_records_are_downloaded_by_the_names_of_the_list(left: Site) -> None:

@@ -20,7 +20,7 @@ from bioscara.cli.parser import Options
 from bioscara.cli.shared_arguments import TABLE
 from bioscara.cli.signals import StopRequest
 from bioscara.connect import Robot
-from bioscara.errors import InvalidArgumentError, OwnerLostError
+from bioscara.errors import ConfigurationError, InvalidArgumentError, OwnerLostError
 from bioscara.model import ArmParameters
 from bioscara.processes.diagnostics import never_wait
 from bioscara.server import log
@@ -125,8 +125,12 @@ def _shown(address: str) -> Iterator[str]:
         yield url
         return
     path = runtime.folder() / f"{NAME}.open.html"
-    path.unlink(missing_ok=True)
-    _write_private(path, f'<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n')
+    page = f'<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
+    try:
+        path.unlink(missing_ok=True)
+        _write_private(path, page)
+    except OSError as error:
+        raise ConfigurationError(f"{path}: {error.strerror}; remove that") from error
     try:
         # In a thread: some browsers end only when their window is closed.
         Thread(target=_open, args=(path.as_uri(),), daemon=True).start()

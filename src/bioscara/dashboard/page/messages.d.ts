@@ -702,6 +702,7 @@ export interface LeaseValue {
 
 export interface Leave {
   kind: "leave";
+  may_return?: boolean;
 }
 
 export interface ListControllers {

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from bioscara.api.runtime import require_name
-from bioscara.files.regular_file import RegularFile, regular_files
+from bioscara.files.regular_file import McapFile, mcap_files
 
 SUFFIX = ".mcap"
 RESERVE = 32 << 20
@@ -36,9 +36,9 @@ class RecordingFolder:
         # The stamp sorts by time; a number follows where two began in the same second.
         self._name = re.compile(rf"{re.escape(arm)}-(\d{{8}}T\d{{6}}Z)(?:-(\d+))?{SUFFIX}")
 
-    def files(self) -> list[RegularFile]:
+    def files(self) -> list[McapFile]:
         """Return the recordings, oldest first; a link or a pipe with such a name is none."""
-        files = regular_files(self.path)
+        files = mcap_files(self.path)
         named = [(self._name.fullmatch(path.name), path) for path in files]
         found = [(match[1], int(match[2] or 1), path) for match, path in named if match]
         return [path for *_, path in sorted(found)]

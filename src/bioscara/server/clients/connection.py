@@ -28,6 +28,8 @@ from bioscara.server.clients.client import Encoded
 from bioscara.server.clients.crowd import Crowd, Share
 from bioscara.server.clients.peer import Peer
 
+RETURN = 0.3
+"""Time in which a client that may return has to connect again [s]."""
 HELLO_TIMEOUT = 5.0
 """Time in which a client has to introduce itself [s]."""
 PENDING = 64
@@ -74,6 +76,7 @@ class ClientSession:
         forgotten: Highest number of a request whose answer is not kept any more.
         connections: Its open connections, the newest last.
         peer: The process that has made the newest; None before the first.
+        leaving: Ends a client that has left, unless it returns before; None before it leaves.
     """
 
     name: str
@@ -83,6 +86,7 @@ class ClientSession:
     forgotten: int = 0
     connections: list[Connection] = field(default_factory=list)
     peer: Peer | None = None
+    leaving: asyncio.TimerHandle | None = None
 
     def connect(self, connection: Connection, peer: Peer, changed: Callable[[], object]) -> None:
         """Add a connection, which this process has made.
@@ -92,13 +96,25 @@ class ClientSession:
             peer: The process.
             changed: Called when the process has ended.
         """
-        self.forget_peer()
+        self.close()
         self.connections.append(connection)
         self.peer = peer
         peer.watch(changed)
 
-    def forget_peer(self) -> None:
-        """Forget the process."""
+    def leave(self, ended: Callable[[], object]) -> None:
+        """Call a function unless there is a connection again in time."""
+        if all(connection.has_left for connection in self.connections):
+            self.stay()
+            self.leaving = asyncio.get_running_loop().call_later(RETURN, ended)
+
+    def stay(self) -> None:
+        """Forget that the client leaves."""
+        if self.leaving is not None:
+            self.leaving.cancel()
+
+    def close(self) -> None:
+        """Forget the process, and that the client leaves."""
+        self.stay()
         if self.peer is not None:
             self.peer.close()
 
@@ -185,7 +201,7 @@ class Sessions:
             if len(self._kept) <= SESSIONS:
                 break
             if oldest is not session and not oldest.connections:
-                oldest.forget_peer()
+                oldest.close()
                 del self._kept[oldest.name]
                 self.tell(oldest, forgotten=True)
         return session, known
@@ -207,7 +223,7 @@ class Sessions:
     def close(self) -> None:
         """Forget the processes of all sessions."""
         for session in self._kept.values():
-            session.forget_peer()
+            session.close()
 
 
 class Connection(asyncio.Protocol):
@@ -226,6 +242,7 @@ class Connection(asyncio.Protocol):
         name: Name of the client.
         peer: As given.
         only_stop: As given.
+        has_left: Whether its client has left, as far as this connection is concerned.
         number: Its number; newer connections have higher ones.
     """
 
@@ -247,7 +264,7 @@ class Connection(asyncio.Protocol):
         self._encode: Callable[[Any], bytes] = framing.encode_packed
         self._transport: asyncio.Transport | None = None
         self._session: ClientSession | None = None
-        self.session, self.name = "", ""
+        self.session, self.name, self.has_left = "", "", False
         self._finishing: set[asyncio.Task[None]] = set()
         self._kept: set[asyncio.Task[None]] = set()
         self._work_bytes = 0
@@ -409,9 +426,19 @@ class Connection(asyncio.Protocol):
         elif isinstance(message, m.Received):
             self._confirm(message.cycle)
         elif isinstance(message, m.Leave):
-            self._owner.state_of(self.session, connected=False, gone=True, forgotten=False)
+            self._leave(self._session, message)
         else:
             self._request(self._session, message, len(payload))
+
+    def _leave(self, session: ClientSession, message: m.Leave) -> None:
+        def leave() -> None:
+            self._owner.state_of(session.name, connected=False, gone=True, forgotten=False)
+
+        self.has_left = True
+        if message.may_return:
+            session.leave(leave)
+        else:
+            leave()
 
     def _readable_number(self, payload: bytes) -> int | None:
         """Return the number of a request that is otherwise wrong; None if it has none."""

@@ -10,7 +10,7 @@ from bioscara.api.values import columns_of, fault_value
 from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
-from bioscara.files.regular_file import RegularFile, regular_files
+from bioscara.files.regular_file import McapFile, mcap_files
 from bioscara.printing import encodable, printable
 from bioscara.robot.arm import Arm
 from bioscara.server.channel.channel_messages import SHOWN, GoalPaths, KnownFaults
@@ -120,9 +120,9 @@ def resident() -> int:
     return 0
 
 
-def flight_records(folder: Path) -> dict[str, RegularFile]:
+def flight_records(folder: Path) -> dict[str, McapFile]:
     """Return the flight records in a folder by their names, oldest first; no link is one."""
-    files = [path for path in regular_files(folder) if path.suffix == ".mcap"]
+    files = [path for path in mcap_files(folder) if path.is_one()]
     files.sort(key=lambda path: path.stat().st_mtime)
     return {encodable(path.name): path for path in files}
 
@@ -136,7 +136,7 @@ def flight_record(folder: Path, name: str) -> m.FlightRecordFile:
 
     Raises:
         InvalidArgumentError: There is none of that name, or it is too long.
-        OSError: It cannot be read, or is no regular file any more.
+        OSError: It cannot be read, or is no MCAP file.
     """
     known = flight_records(folder)
     if name not in known:

@@ -15,6 +15,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from bioscara.errors import ConfigurationError
+from bioscara.files.regular_file import RegularFile
 from bioscara.web.access.tokens import read_private
 
 _YEAR = datetime.timedelta(days=365)
@@ -50,7 +51,8 @@ def self_signed(certificate: Path, key: Path, names: Sequence[str]) -> None:
         if not _usable(certificate, key, names):
             _make(certificate, key, names)
     except OSError as error:
-        raise ConfigurationError(f"{error.filename or key}: {error.strerror}") from error
+        name = error.filename2 or error.filename or key
+        raise ConfigurationError(f"{name}: {error.strerror}; remove that") from error
 
 
 def _usable(certificate: Path, key: Path, names: Sequence[str]) -> bool:
@@ -58,7 +60,7 @@ def _usable(certificate: Path, key: Path, names: Sequence[str]) -> bool:
         return False
     try:
         private = serialization.load_pem_private_key(read_private(key, _LONGEST), None)
-        found = _certificate(certificate)
+        found = _certificate(RegularFile(certificate))
         extension = found.extensions.get_extension_for_class(x509.SubjectAlternativeName)
     except (ValueError, TypeError, x509.ExtensionNotFound):
         return False
@@ -108,9 +110,10 @@ def _alternatives(names: Sequence[str]) -> list[x509.GeneralName]:
 
 def _certificate(path: Path) -> x509.Certificate:
     try:
-        return x509.load_pem_x509_certificate(path.read_bytes())
+        with path.open("rb") as file:
+            return x509.load_pem_x509_certificate(file.read(_LONGEST))
     except OSError as error:
-        raise ConfigurationError(f"{path}: {error.strerror}") from error
+        raise ConfigurationError(f"{path}: {error.strerror}; remove that") from error
     except ValueError as error:
         raise ConfigurationError(f"{path} has no certificate as PEM: {error}") from error
 

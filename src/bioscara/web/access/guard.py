@@ -22,11 +22,11 @@ from bioscara.web.access.addresses import OwnAddresses
 from bioscara.web.access.browser_sessions import BrowserSession, BrowserSessions
 from bioscara.web.access.rate_limit import RateLimits
 from bioscara.web.access.tokens import Tokens
-from bioscara.web.connections import PENALTY, AcceptedConnection
+from bioscara.web.connections import AcceptedConnection
 
 REQUESTS = 50
-"""Requests that a credential, or an address without one, may send in a second; and as many stops,
-which other requests cannot use up."""
+"""Requests that a credential, or an address without one, may send in a second; a STOP of a
+credential is none of them, and is never refused."""
 FILES = 1000
 """Files of the page that it may load in a second: a page has about a hundred, held in memory."""
 STOP = re.compile(r"/api/stop|/api/arms/(?:[^/]+/)?stop")
@@ -108,8 +108,7 @@ class Guard:
         self._app, self._own, self._tokens = app, own, tokens
         self._sessions, self._cookie, self._public = sessions, cookie, frozenset(public)
         self._files, self._sign_ins = frozenset(files), sign_ins
-        self._requests = RateLimits(REQUESTS, REQUESTS)
-        self._stops, self._loads = RateLimits(REQUESTS, REQUESTS), RateLimits(FILES, FILES)
+        self._requests, self._loads = RateLimits(REQUESTS, REQUESTS), RateLimits(FILES, FILES)
 
     async def __call__(self, scope: AsgiScope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it."""
@@ -144,8 +143,13 @@ class Guard:
         credential = self._credential(headers, address)
         # A token that is to be exchanged has a limit there, which only wrong ones use up.
         signs_in = scope["path"] == SESSION and not safe
-        limits = self._limits(scope["path"])
-        if not signs_in and not limits.take(requester(credential, address)):
+        limits = self._loads if scope["path"] in self._files else self._requests
+        stops = (
+            credential is not None
+            and scope.get("method") == "POST"
+            and STOP.fullmatch(scope["path"])
+        )
+        if not (signs_in or stops or limits.take(requester(credential, address))):
             raise _RefusedError(HTTPStatus.TOO_MANY_REQUESTS, "too many requests in a second")
         if credential is None and not public:
             raise _RefusedError(
@@ -162,11 +166,6 @@ class Guard:
         if credential is None or connection is None:
             return credential, True
         has_place = connection.admit(requester(credential, address), credential.scope)
-        if scope["type"] == "websocket" and connection.is_cut_off:
-            raise _RefusedError(
-                HTTPStatus.TOO_MANY_REQUESTS,
-                f"a WebSocket of this client sent too many messages; wait {PENALTY:g} s",
-            )
         if has_place:
             return credential, True
         # Of a WebSocket its route sees to it that only a STOP gets through.
@@ -176,11 +175,6 @@ class Guard:
             HTTPStatus.SERVICE_UNAVAILABLE,
             "too many clients are connected: only STOP is answered; try again later",
         )
-
-    def _limits(self, path: str) -> RateLimits:
-        if path in self._files:
-            return self._loads
-        return self._stops if STOP.fullmatch(path) else self._requests
 
     def _credential(self, headers: _Headers, address: str) -> Credential | None:
         given = headers.all("authorization")

@@ -14,6 +14,7 @@ import msgspec
 
 from bioscara.api import runtime
 from bioscara.errors import AccessError, ConfigurationError
+from bioscara.files.regular_file import RegularFile
 from bioscara.robot.tasks.scope import Scope
 
 _BYTES = 16
@@ -64,7 +65,8 @@ def load_tokens(path: Path) -> Tokens:
             return _made(path)
         return _read(path)
     except OSError as error:
-        raise ConfigurationError(f"{path}: {error.strerror}") from error
+        text = f"{path}: {error.strerror}; remove that, or name another file"
+        raise ConfigurationError(text) from error
 
 
 def _made(path: Path) -> Tokens:
@@ -111,14 +113,11 @@ def read_private(path: Path, longest: int) -> bytes:
 
     Raises:
         AccessError: It belongs to another user, or others can read or write it.
-        ConfigurationError: It is no file, or longer.
-        OSError: It cannot be read.
+        ConfigurationError: It is longer.
+        OSError: It cannot be read, or is no regular file.
     """
-    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
-    with os.fdopen(file, "rb") as stream:
-        status = os.fstat(file)
-        if not stat.S_ISREG(status.st_mode):
-            raise ConfigurationError(f"{path} is not a file; remove it, or name another one")
+    with RegularFile(path).open() as stream:
+        status = os.fstat(stream.fileno())
         if status.st_uid != os.getuid():
             raise AccessError(
                 f"{path} belongs to user {status.st_uid}; name a file of user {os.getuid()}"

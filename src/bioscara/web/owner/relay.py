@@ -107,7 +107,7 @@ class Relay:
         self._websocket, self._arm, self._client, self._full = websocket, arm, client, full
         self._left = asyncio.Event()
         self._outbox = Outbox()
-        self._greeted = False
+        self._greeted = self._page_left = False
         self._welcomed = asyncio.Event()
         self._refusal: m.FailureValue | None = None
         self._hello: m.ClientHello | None = None
@@ -136,11 +136,20 @@ class Relay:
         try:
             closing = await self._relayed(owner, ends)
         finally:
-            owner.close()
+            owner.close(self._farewell())
             for task in self._stops.values():
                 task.cancel()
         if closing is not None:
             await self._close(closing)
+
+    def _farewell(self) -> bytes:
+        """Return the last message to the owner: the motions of a client must not go on without it.
+
+        A browser may have a page that connects again; the lease of that one lapses.
+        """
+        if not self._greeted or (self._client.browser and not self._page_left):
+            return b""
+        return framing.encode_json(m.Leave(may_return=not self._client.browser))
 
     def end(self) -> None:
         """End it for another one, if it may only send a STOP."""
@@ -215,10 +224,7 @@ class Relay:
         while True:
             received = await self._websocket.receive()
             if received["type"] == "websocket.disconnect":
-                if received.get("code") == _AWAY and self._welcomed.is_set():
-                    # Its page was closed: what it commands must not go on until its lease lapses.
-                    with suppress(OSError):
-                        await owner.send(framing.encode_json(m.Leave()))
+                self._page_left = received.get("code") == _AWAY
                 return None
             if used is not None:
                 used()

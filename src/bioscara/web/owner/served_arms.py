@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from contextlib import suppress
 
 import msgspec
 
 from bioscara.api import messages as m, runtime
 from bioscara.api.gateway_pages import page_of
-from bioscara.errors import InvalidArgumentError, OwnerLostError
+from bioscara.errors import AccessError, InvalidArgumentError, OwnerLostError
+from bioscara.web.owner.joined_calls import JoinedCalls
 from bioscara.web.owner.queries import OwnerQueries, RequestFailedError
 from bioscara.web.owner.relay import WebClient
 
+CYCLE = 0.01
+"""Time in which further STOPs of a client are one [s]: a control cycle."""
+_LOOKUP = 0.05
+"""Least time between two searches for the owners of this computer [s]."""
 _LOOK = 1.0
 """Time in which an owner has to say how its arm is [s]."""
 _STOP = 2.0
@@ -66,10 +72,20 @@ class ServedArms:
         self._here = here
         self._queries: dict[tuple[str, int], OwnerQueries] = {}
         self._described: dict[tuple[str, int], m.Description] = {}
+        self._lookups: JoinedCalls[None, list[runtime.OwnerEntry]]
+        self._lookups = JoinedCalls(_LOOKUP, self._look_up)
+        self._stops: JoinedCalls[tuple[runtime.OwnerEntry, WebClient], StoppedArm]
+        self._stops = JoinedCalls(CYCLE, lambda key, _: self._stopped(*key))
+        self._found, self._found_at = list[runtime.OwnerEntry](), -math.inf
+
+    async def _look_up(self, *_: object) -> list[runtime.OwnerEntry]:
+        self._found = runtime.owners()
+        self._found_at = asyncio.get_running_loop().time()
+        return self._found
 
     async def look(self) -> list[ServedArm]:
         """Return the arms, by name; one whose owner does not answer in a second has no state."""
-        owners = runtime.owners()
+        owners = await self._lookups.do(None)
         await self._forget({(owner.name, owner.pid) for owner in owners})
         return list(await asyncio.gather(*map(self._look, owners)))
 
@@ -83,11 +99,23 @@ class ServedArms:
         Raises:
             OwnerLostError: No owner of that name runs.
         """
+        return await self._stops.do((await self._owner(name), client))
+
+    async def _owner(self, name: str) -> runtime.OwnerEntry:
         try:
-            owner = runtime.find(name)
+            runtime.require_name(name)
+            # One that was found just now does not wait for the next search.
+            fresh = asyncio.get_running_loop().time() < self._found_at + _LOOKUP
+            owner = _of_name(self._found, name) if fresh else None
+            owner = owner or _of_name(await self._lookups.do(None), name)
         except InvalidArgumentError as error:
             raise OwnerLostError(str(error)) from error
-        return await self._stopped(owner, client)
+        except AccessError:
+            # The folder cannot be listed.
+            return runtime.find(name)
+        if owner is None:
+            raise OwnerLostError(f"no owner of arm {name} runs")
+        return owner
 
     async def stop_all(self, client: WebClient) -> list[StoppedArm]:
         """Stop all arms of this computer, at the same time.
@@ -95,8 +123,8 @@ class ServedArms:
         Args:
             client: Name of the client that stops them.
         """
-        owners = runtime.owners()
-        return list(await asyncio.gather(*(self._stopped(owner, client) for owner in owners)))
+        owners = await self._lookups.do(None)
+        return list(await asyncio.gather(*(self._stops.do((each, client)) for each in owners)))
 
     async def close(self) -> None:
         """Disconnect."""
@@ -146,3 +174,7 @@ class ServedArms:
                     await queries.close()
         text = f"{owner.name} may not have been stopped: {problem}; use the emergency stop"
         return StoppedArm(owner.name, stopped=False, text=text)
+
+
+def _of_name(owners: list[runtime.OwnerEntry], name: str) -> runtime.OwnerEntry | None:
+    return next((owner for owner in owners if owner.name == name), None)

@@ -62,6 +62,8 @@ class OwnerStream:
             for message in self._frames.feed(data):
                 yield message
 
-    def close(self) -> None:
-        """Disconnect."""
+    def close(self, last: bytes = b"") -> None:
+        """Disconnect, after a last message if one is given."""
+        if last:
+            self._writer.write(framing.framed(last))
         self._writer.close()

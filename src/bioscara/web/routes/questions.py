@@ -11,7 +11,10 @@ import msgspec
 from fastapi import FastAPI, Header, Response
 
 from bioscara.api import messages as m
+from bioscara.web.owner.joined_calls import JoinedCalls
 from bioscara.web.owner.queries import OwnerQueries
+from bioscara.web.owner.relay import WebClient
+from bioscara.web.owner.served_arms import CYCLE
 from bioscara.web.routes.http import JSON, Viewer, client_of, json, schema
 from bioscara.web.settings import WebSettings
 
@@ -78,19 +81,25 @@ def _add_flight_record(app: FastAPI, queries: OwnerQueries) -> None:
 
 
 def _add_stop(app: FastAPI, settings: WebSettings) -> None:
+    async def pass_on(client: WebClient, sessions: set[str]) -> None:
+        # A connection of its own: it waits behind no other request, and has the client's name. In
+        # the session of the same client's WebSocket it leaves the lease, and is no further event.
+        session = sessions.pop() if len(sessions) == 1 else ""
+        queries = OwnerQueries(settings.arm, client.named("stop"), session)
+        try:
+            await queries.stop()
+        finally:
+            await queries.close()
+
+    stops = JoinedCalls(CYCLE, pass_on)
+
     @app.post(
         "/api/stop",
         summary="Stop all motion; a token that may look is enough.",
         responses={200: {"content": schema(m.Done)}},
     )
     async def stop(credential: Viewer, bioscara_session: Annotated[str, Header()] = "") -> Response:
-        # A connection of its own: it waits behind no other request, and has the client's name. In
-        # the session of the same client's WebSocket it leaves the lease, and is no further event.
         client, session = client_of(credential), bioscara_session
         named = client.session(session) if 0 < len(session) <= m.NAME_MAX else ""
-        queries = OwnerQueries(settings.arm, client.named("stop"), named)
-        try:
-            await queries.stop()
-            return json(m.Done())
-        finally:
-            await queries.close()
+        await stops.do(client, named)
+        return json(m.Done())

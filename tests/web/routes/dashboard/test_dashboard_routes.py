@@ -11,6 +11,7 @@ import pytest
 
 from bioscara.dashboard.model import meshes
 from bioscara.dashboard.trajectories import SIZE_MAX
+from bioscara.files.regular_file import MCAP_BEGIN
 from bioscara.model.stl import read_stl
 from bioscara.robot.tasks.scope import Scope
 from bioscara.web.routes.dashboard import trajectories
@@ -184,20 +185,34 @@ def test_recordings_are_listed_downloaded_and_sampled(tmp_path: Path) -> None:
                 assert client.get(f"/api/recordings/{name}").status_code == 404
 
 
-def test_no_link_and_no_pipe_is_a_recording_or_a_flight_record(tmp_path: Path) -> None:
+def test_no_link_no_pipe_and_no_other_file_is_a_recording_or_a_flight_record(
+    tmp_path: Path,
+) -> None:
     recordings = tmp_path / "recordings"
     recordings.mkdir()
     with runtime_folder(), site("left", recordings=recordings) as made:
-        tokens = made.gateway.token_file
-        names = [f"left-20260101T00000{number}Z.mcap" for number in range(3)]
+        tokens, elsewhere = made.gateway.token_file, tmp_path / "elsewhere.mcap"
+        elsewhere.write_bytes(MCAP_BEGIN)
+        names = [f"left-20260101T00000{number}Z.mcap" for number in range(6)]
         for folder in (recordings, made.evidence):
-            (folder / names[0]).symlink_to(tokens)
+            (folder / names[0]).symlink_to(elsewhere)
             os.mkfifo(folder / names[1])
             (folder / names[2]).mkdir()
+            (folder / names[3]).hardlink_to(tokens)
+            (folder / names[4]).write_bytes(MCAP_BEGIN[:-1])
+            (folder / names[5]).write_bytes(b"")
         with made.http(headers=made.bearer(Scope.VIEW)) as client:
             assert client.get("/api/recordings").json() == []
             assert client.get("/api/flight-records").json()["names"] == []
+            secret = made.gateway.tokens.of(Scope.ADMIN)
             for name in names:
                 assert client.get(f"/api/recordings/{name}").status_code == 404
-                assert client.get(f"/api/recordings/{name}/samples").status_code == 404
-                assert client.get(f"/api/flight-records/{name}").status_code == 404
+                samples = client.get(f"/api/recordings/{name}/samples")
+                assert samples.status_code == 404
+                record = client.get(f"/api/flight-records/{name}")
+                assert record.status_code == 404
+                assert secret not in samples.text + record.text
+            (recordings / names[5]).write_bytes(MCAP_BEGIN)
+            (made.evidence / names[5]).write_bytes(MCAP_BEGIN)
+            assert client.get(f"/api/recordings/{names[5]}").content == MCAP_BEGIN
+            assert client.get(f"/api/flight-records/{names[5]}").content == MCAP_BEGIN

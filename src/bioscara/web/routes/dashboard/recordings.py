@@ -21,7 +21,7 @@ from bioscara.dashboard.recordings import (
     recording_of,
     recordings,
 )
-from bioscara.files.regular_file import RegularFile
+from bioscara.files.regular_file import McapFile
 from bioscara.rosbag.recording_file import MEDIA_TYPE
 from bioscara.web.routes.dashboard.work import Work
 from bioscara.web.routes.http import JSON, HttpError, Viewer, answers, json, judged, verdicts
@@ -36,7 +36,7 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
     """Add the routes."""
     place = settings.recordings, settings.arm
 
-    async def path_of(request: Request, name: str) -> RegularFile:
+    async def path_of(request: Request, name: str) -> McapFile:
         # Looked up among the names of the folder: nowhere is it used as a path.
         path = await work.do(request, recording_of, *place, name)
         if path is None:
@@ -61,7 +61,9 @@ def add(app: FastAPI, settings: WebSettings, work: Work) -> None:
         try:
             opened = await asyncio.to_thread(path.open)
         except OSError:
-            raise HttpError(HTTPStatus.NOT_FOUND, "the recording was deleted") from None
+            raise HttpError(
+                HTTPStatus.NOT_FOUND, "the file was deleted, or is no recording"
+            ) from None
         size = os.fstat(opened.fileno()).st_size
         return StreamingResponse(
             _parts(opened, size),
