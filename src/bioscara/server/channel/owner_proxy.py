@@ -152,8 +152,9 @@ class OwnerProxy(asyncio.Protocol):
                 self._known.take(message.state)
                 self.controllers_sample = message.controllers
                 self.world_sample = message.world or self.world_sample
-                self._history.add(message.state)
+                # First, as clients wait for this.
                 self.changed(True)
+                self._history.add(message.state)
             case c.Answered():
                 self._settle(message.id).set_result(message.result)
             case c.Refused():
