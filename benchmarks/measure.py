@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -18,6 +19,8 @@ class Row:
         reference: The reference of the comparison: a peer measured in the same run, or a law.
         limit: The limit as written, for example ``"at most 3 times"``.
         holds: Whether the measurement is within the limit.
+        used: Part of the limit that is used, for a run that is too short for the limit itself; NaN
+            if that is not known.
     """
 
     what: str
@@ -25,6 +28,7 @@ class Row:
     reference: str
     limit: str
     holds: bool
+    used: float = math.nan
 
 
 def medians(
@@ -71,6 +75,7 @@ def at_most(what: str, own: float, most: float, peer: float, whose: str, note: s
         f"{whose}: {duration(peer)}",
         f"at most {most:g} times",
         own <= most * peer,
+        own / (most * peer),
     )
 
 
