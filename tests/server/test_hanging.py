@@ -216,6 +216,8 @@ def test_a_suspended_owner_is_reported_after_two_seconds(start: Start, folder: P
             for suspend in (owner.send_signal, partial(os.killpg, owner.pid)):
                 suspend(signal.SIGSTOP)
                 begin = time.monotonic()
+                # A state of the last moment before is the state.
+                time.sleep(0.3)
                 with pytest.raises(OwnerLostError, match=r"has been silent for \d\.\d s"):
                     call()
                 assert time.monotonic() - begin < 4.0

@@ -105,6 +105,8 @@ class Owner:
         controllers_wanted: Whether a client has subscribed to that.
         world: The bodies around the arm.
         changed: Called with True when there is a new sample, with False when there is a new event.
+        sampled: Called in the control loop's thread when there is a new sample; must return at once
+            and raise nothing.
 
     Raises:
         ConfigurationError: The file with the poses, that with the zones, or what the last owner
@@ -133,6 +135,7 @@ class Owner:
         self.lease = Lease(clock)
         self.goals = Goals()
         self.changed: Callable[[bool], object] = lambda _: None
+        self.sampled: Callable[[], object] = lambda: None
         poses, zones = table_file(table, robot.table.fingers), scene_file(scene)
         if (taught := poses.read()) is not None:
             robot.table = taught
@@ -267,6 +270,7 @@ class Owner:
                 else None
             )
             self.world.observe(self.sample.cycle, cycle.time)
+            self.sampled()
         except Exception as error:  # noqa: BLE001  the loop must go on, and the error is shown
             self._post(partial(self._warn, f"the state cannot be sampled: {error!r}"))
             return
@@ -578,6 +582,16 @@ class Owner:
         supervisor = self._arm.stack.supervisor
         key = supervisor.state, tuple(supervisor.faults), tuple(supervisor.warnings)
         return key, None if key == known else known_faults(self._arm)
+
+    def is_known(self, faults: object, revision: int) -> bool:
+        """Return whether faults and workspace are those of a key and a number; takes no lock."""
+        supervisor = self._arm.stack.supervisor
+        same = zip(self._content(), self._workspace, strict=True)
+        return (
+            self._revision == revision
+            and all(a is b for a, b in same)
+            and (supervisor.state, tuple(supervisor.faults), tuple(supervisor.warnings)) == faults
+        )
 
     def planning_start(self) -> tuple[Workspace, Joints]:
         """Return tool, scene and load, and where the joints are [rad, m, rad, rad].

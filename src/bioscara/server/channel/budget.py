@@ -6,8 +6,11 @@ import asyncio
 from collections import OrderedDict, deque
 
 RATE, BURST = 200.0, 50.0
-"""Requests of all these clients in a second [1/s], and at once: each takes some 0.1 ms in the
+"""Questions of all these clients in a second [1/s], and at once: each takes some 0.1 ms in the
 process of the control loop, 2 % of its time in all."""
+COMMANDS = 400.0
+"""Commands of all these clients in a second [1/s], such as to take the lease, which wait for none
+of the questions."""
 
 
 class Budget:

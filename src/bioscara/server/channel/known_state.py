@@ -13,12 +13,15 @@ between two cycles, which the owner's silence tells."""
 _CYCLES = 3
 """Cycles after a command from which on samples surely have its effect: one may be made, and one on
 its way, while it is carried out."""
+_CONTINUOUS = (m.SetJogVelocity, m.RenewLease, m.AddPoints)
+"""Commands that change nothing but where the arm will be, and come all the time."""
 
 
 class KnownState:
     """State, faults and workspace at the end of the last cycle.
 
-    A client that commands, or has just done so, reads its own changes: the owner answers it.
+    No answer is older than a change that a client has commanded and that was confirmed to it before
+    the question: until a sample has its effect, the owner answers.
 
     Attributes:
         sample: The newest state.
@@ -30,8 +33,8 @@ class KnownState:
         self._came = self._loop.time()
         self._faults: KnownFaults | None = None
         self._workspace: m.WorkspaceState | None = None
-        self._commanded: dict[str, int] = {}
-        """Cycle from which on each client that has commanded reads what is known here."""
+        self._due = 0
+        """Cycle from which on samples have the effect of all commands."""
 
     def take(self, sample: m.StateSample) -> None:
         """Take the state at the end of a cycle."""
@@ -42,17 +45,14 @@ class KnownState:
         self._faults = known.faults or self._faults
         self._workspace = known.workspace or self._workspace
 
-    def commanded(self, session: str) -> None:
-        """Take it that a command of a client was carried out."""
-        cycle = self.sample.cycle
-        self._commanded = {key: due for key, due in self._commanded.items() if due > cycle}
-        self._commanded[session] = cycle + _CYCLES
+    def commanded(self, command: m.AnyCommand) -> None:
+        """Take it that a command was carried out."""
+        if not isinstance(command, _CONTINUOUS):
+            self._due = self.sample.cycle + _CYCLES
 
     def answer(self, session: str, question: m.Query) -> m.AnyResult | None:
         """Return the answer to a question; None if the owner has to give it."""
-        if self._loop.time() - self._came > _FRESH:
-            return None
-        if self.sample.cycle < self._commanded.get(session, 0):
+        if self._loop.time() - self._came > _FRESH or self.sample.cycle < self._due:
             return None
         match question:
             case m.GetState():

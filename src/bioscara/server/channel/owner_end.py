@@ -8,6 +8,7 @@ import os
 import pickle
 import signal
 import socket
+import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
@@ -97,7 +98,7 @@ class ApiProcess:
             ConfigurationError: The process does not begin.
             OSError: It cannot be made.
         """
-        self._owner.changed = self._changed
+        self._owner.changed, self._owner.sampled = self._changed, self._sampled
         stops = StopSocket(self._claim, self._group, self._owner.stop_at_once)
         runner = self._owner.robot.runner
         runner.observers = (*runner.observers, stops.look)
@@ -136,7 +137,7 @@ class ApiProcess:
         if self._listeners is not None:
             self._listeners.close()
         self._listeners = handing
-        channel = _Channel(self._owner, self._commands, self._queries, self._listen)
+        channel = _Channel(self._owner, ours, self._commands, self._queries, self._listen)
         await asyncio.get_running_loop().create_connection(lambda: channel, sock=ours)
         owner = self._owner
         channel.send(
@@ -180,6 +181,11 @@ class ApiProcess:
 
     def _report(self, text: str) -> None:
         self._owner.announce("owner", text)
+
+    def _sampled(self) -> None:
+        """Send the newest sample, in the thread of the control loop."""
+        if (channel := self._channel) is not None:
+            channel.send_sample_at_once()
 
     def _changed(self, has_sample: bool) -> None:
         if (channel := self._channel) is None:
@@ -233,11 +239,14 @@ class _Channel(asyncio.Protocol):
     def __init__(
         self,
         owner: Owner,
+        connection: socket.socket,
         commands: Executor,
         queries: Executor,
         listening: Callable[[], object],
     ) -> None:
         self._owner, self._commands, self._queries = owner, commands, queries
+        self._connection, self._writing = connection, threading.RLock()
+        self._rest, self._sampled = b"", 0
         self._listening = listening
         self.ready, self.ended = asyncio.Event(), asyncio.Event()
         self._heartbeat = Heartbeat(0, lambda: self.send(c.AskAlive()))
@@ -387,13 +396,44 @@ class _Channel(asyncio.Protocol):
 
     def send(self, message: c.ChannelMessage) -> None:
         """Send a message."""
-        if self._transport is not None:
-            self._transport.write(framing.packed(message))
+        self._write(framing.packed(message))
+
+    def _write(self, data: bytes) -> None:
+        with self._writing:
+            if self._transport is not None:
+                rest, self._rest = self._rest, b""
+                self._transport.write(rest + data)
+
+    def send_sample_at_once(self) -> None:
+        """Send the newest sample in the thread of the control loop, which never waits.
+
+        It spares the wake-up of the thread of the requests, which sends samples that come with
+        changes, or while something waits to be sent.
+        """
+        owner, world = self._owner, self._owner.world.sample
+        if not self._writing.acquire(blocking=False):
+            return
+        try:
+            if self._waiting or self._rest or not self.ready.is_set() or world is not self._world:
+                return
+            if not owner.is_known(self._faults, self._revision):
+                return
+            message = framing.packed(c.NewSample(owner.sample, owner.controllers_sample, None))
+            with suppress(OSError):
+                sent = self._connection.send(message, socket.MSG_DONTWAIT)
+                self._sampled, self._rest = owner.sample.cycle, message[sent:]
+        finally:
+            self._writing.release()
 
     def send_sample(self) -> None:
-        """Send the newest sample, unless the other process does not read."""
-        if self._waiting < _SAMPLES:
-            owner = self._owner
+        """Send the newest sample, unless that was done or the other process does not read."""
+        owner = self._owner
+        with self._writing:
+            if self._rest:
+                self._write(b"")
+            if self._waiting >= _SAMPLES or owner.sample.cycle == self._sampled:
+                return
+            self._sampled = owner.sample.cycle
             world = owner.world.sample
             if world is self._world:
                 world = None

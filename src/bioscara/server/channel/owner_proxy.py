@@ -21,7 +21,7 @@ from bioscara.errors import InvalidArgumentError, LeaseError, OwnerLostError
 from bioscara.planning import Trajectory
 from bioscara.processes.worker_pool import WorkerPool
 from bioscara.server.channel import channel_messages as c, work
-from bioscara.server.channel.budget import Budget
+from bioscara.server.channel.budget import COMMANDS, Budget
 from bioscara.server.channel.known_state import KnownState
 from bioscara.server.clients.client import ConnectedClient, Encoded
 from bioscara.server.clients.events import Events
@@ -88,7 +88,7 @@ class OwnerProxy(asyncio.Protocol):
         self._heard = loop.time()
         self._numbers = itertools.count(1)
         self._pending: dict[int, asyncio.Future[msgspec.Raw]] = {}
-        self._budget = Budget()
+        self._budget, self._commanding = Budget(), Budget(COMMANDS)
         self._asked: dict[bytes, asyncio.Task[msgspec.Raw]] = {}
         self._holder = ""
         self._stops: dict[str, tuple[ConnectedClient, asyncio.Future[m.AnyResult]]] = {}
@@ -290,7 +290,7 @@ class OwnerProxy(asyncio.Protocol):
         if isinstance(command, m.Start):
             command, trajectory = self._with_points(command)
         if client.session != self._holder:
-            await self._budget.turn(client.session)
+            await self._commanding.turn(client.session)
         given = c.Handle(
             id=0,
             session=client.session,
@@ -302,7 +302,7 @@ class OwnerProxy(asyncio.Protocol):
         try:
             data = await self._call(lambda number: msgspec.structs.replace(given, id=number))
         finally:
-            self._known.commanded(client.session)
+            self._known.commanded(command)
         result: m.AnyResult = c.any_result.decode(data)
         if isinstance(command, m.AcquireLease):
             self._holder = client.session
@@ -453,8 +453,8 @@ class OwnerProxy(asyncio.Protocol):
 
         def settle(task: asyncio.Task[msgspec.Raw]) -> None:
             error = None if task.cancelled() else task.exception()
-            for each, done in waiting.values():
-                self._known.commanded(each.session)
+            self._known.commanded(m.StopAll())
+            for _, done in waiting.values():
                 if done.done():
                     continue
                 if error is not None:
