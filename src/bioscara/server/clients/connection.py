@@ -268,7 +268,7 @@ class Connection(asyncio.Protocol):
         self._finishing: set[asyncio.Task[None]] = set()
         self._kept: set[asyncio.Task[None]] = set()
         self._work_bytes = 0
-        self._full = self._resting = self._pumping = False
+        self._full = self._resting = self._pumping = self._waiting_for_share = False
         self._subscriptions: dict[type[AnySample], _Subscription] = {}
         self._cursor: int | None = None
         self._patience: asyncio.TimerHandle | None = None
@@ -355,10 +355,17 @@ class Connection(asyncio.Protocol):
             self._resting = True
             transport.pause_reading()
             if wait > 0.0:
-                asyncio.get_running_loop().call_later(wait, self._go_on)
+                self._waiting_for_share = True
+                asyncio.get_running_loop().call_later(wait, self._end_rest)
+
+    def _end_rest(self) -> None:
+        self._waiting_for_share = False
+        self._go_on()
 
     def _go_on(self) -> None:
-        """Take the bytes that have come already."""
+        """Take the bytes that have come already, unless others have their turn."""
+        if self._waiting_for_share:
+            return
         if self._transport is not None and self._resting and not self._is_busy:
             self._resting = False
             self._transport.resume_reading()
