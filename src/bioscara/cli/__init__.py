@@ -20,7 +20,7 @@ from pathlib import Path
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.parser import parse
 from bioscara.errors import BioscaraError, HardwareError
-from bioscara.processes.diagnostics import finish
+from bioscara.processes.unread_output import finish
 
 
 def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 
 from bioscara.api.messages import LogLines
 from bioscara.printing import printable
-from bioscara.processes.diagnostics import note_by
+from bioscara.processes.unread_output import note_by
 from bioscara.server.log_limit import LogLimit
 
 _KEPT = 2000

@@ -22,7 +22,7 @@ from bioscara.cli.signals import StopRequest
 from bioscara.connect import Robot
 from bioscara.errors import ConfigurationError, InvalidArgumentError, OwnerLostError
 from bioscara.model import ArmParameters
-from bioscara.processes.diagnostics import never_wait
+from bioscara.processes.unread_output import never_wait
 from bioscara.server import log
 from bioscara.server.serve import ServeSettings, serving
 

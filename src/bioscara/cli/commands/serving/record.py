@@ -148,7 +148,7 @@ def run(options: Options, output: Output) -> ExitStatus | None:
 def _start(options: Options, output: Output) -> ExitStatus:
     from bioscara.cli.signals import StopRequest
     from bioscara.processes.child_process import Questions
-    from bioscara.processes.diagnostics import never_wait
+    from bioscara.processes.unread_output import never_wait
     from bioscara.recording.writing.folder import RecordingFolder
     from bioscara.recording.writing.owner_recorder import FileLimits
     from bioscara.recording.writing.recorder import record
@@ -193,7 +193,7 @@ def _replay(options: Options, output: Output) -> None:
     import signal
 
     from bioscara.api.runtime import OwnerClaim
-    from bioscara.processes.diagnostics import never_wait
+    from bioscara.processes.unread_output import never_wait
     from bioscara.recording.reading.replay import ReplayedArm, serve_recording
 
     never_wait()

@@ -82,7 +82,7 @@ def run(options: Options, output: Output) -> None:  # noqa: ARG001
     from bioscara.cli.owner_link import owner_name
     from bioscara.cli.signals import StopRequest
     from bioscara.processes.child_process import Questions
-    from bioscara.processes.diagnostics import never_wait
+    from bioscara.processes.unread_output import never_wait
     from bioscara.ros import owner_process
 
     if sys.stderr is not None and sys.stderr.isatty():

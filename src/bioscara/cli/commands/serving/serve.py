@@ -139,8 +139,8 @@ def run(options: Options, output: Output) -> None:
     from bioscara.cli.teach_table import table_file
     from bioscara.connect import Robot
     from bioscara.planning.world import read_world
-    from bioscara.processes.diagnostics import never_wait
     from bioscara.processes.nursery import start_early
+    from bioscara.processes.unread_output import never_wait
     from bioscara.server import log
     from bioscara.server.channel.api_process import MODULES
     from bioscara.server.serve import ServeSettings, serve

@@ -72,7 +72,7 @@ def run(options: Options, output: Output) -> None:
     """
     require_packages()
     from bioscara.cli.signals import StopRequest
-    from bioscara.processes.diagnostics import never_wait
+    from bioscara.processes.unread_output import never_wait
     from bioscara.server import log
 
     never_wait()

@@ -94,8 +94,8 @@ def run(options: Options, output: Output) -> None:
     require_packages()
     from bioscara.cli.owner_link import owner_name
     from bioscara.cli.signals import StopRequest
-    from bioscara.processes.diagnostics import never_wait
     from bioscara.processes.nursery import start_early
+    from bioscara.processes.unread_output import never_wait
     from bioscara.robot.tasks.scope import Scope
     from bioscara.server import log
     from bioscara.web.gateway import Gateway, GatewaySettings

@@ -37,7 +37,7 @@ def run(options: Options, output: Output) -> None:
 
     from bioscara.cli.signals import StopRequest
     from bioscara.model import load_parameters
-    from bioscara.processes.diagnostics import never_wait
+    from bioscara.processes.unread_output import never_wait
     from bioscara.sim import SimulatedArm, SimulatedServo, serve
 
     if (options.camera is None) is not (options.image is None):

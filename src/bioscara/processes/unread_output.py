@@ -16,8 +16,9 @@ import stat
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
@@ -52,18 +53,21 @@ def never_wait(
         before_threads: Called before threads begin, as for a fork.
         all_of_c: Whether code in C writes to standard output.
     """
+    made: list[_Output] = []
     if (stream := sys.__stdout__) is not None and sys.stdout is stream:
-        _outputs.append(_Output(stream, piped=all_of_c, strict=True))
-        sys.stdout = _outputs[-1].stream
+        made.append(_Output(stream, piped=all_of_c, strict=True))
+        sys.stdout = made[-1].stream
     if (stream := sys.__stderr__) is not None and sys.stderr is stream:
-        _outputs.append(_Output(stream, piped=True, strict=False))
-        sys.stderr = _outputs[-1].stream
-        faulthandler.enable(_not_blocking(_outputs[-1].fileno()))
+        made.append(_Output(stream, piped=True, strict=False))
+        sys.stderr = made[-1].stream
+        faulthandler.enable(_not_blocking(made[-1].fileno()))
     before_threads()
+    _outputs.extend(made)
     size = threading.stack_size(_STACK)
-    for output in _outputs:
-        threading.Thread(target=output.write_on, name="bioscara-output", daemon=True).start()
-    threading.Thread(target=_take_on, name="bioscara-output", daemon=True).start()
+    loops: list[Callable[[], object]] = [each.write_on for each in made]
+    loops.append(partial(_take_on, made))
+    for loop in loops:
+        threading.Thread(target=loop, name="bioscara-output", daemon=True).start()
     threading.stack_size(size)
     atexit.register(finish)
 
@@ -221,9 +225,9 @@ class _Output(io.RawIOBase):
             self._changed.notify_all()
 
 
-def _take_on() -> None:
+def _take_on(outputs: Sequence[_Output]) -> None:
     """Take what others write; one thread."""
-    piped = [each for each in _outputs if each.pipe >= 0]
+    piped = [each for each in outputs if each.pipe >= 0]
     while piped:
         select.select([each.pipe for each in piped], [], [])
         for output in piped:

@@ -21,7 +21,7 @@ MANY = 20_000
 """Lines of 50 bytes: more than the program keeps."""
 PRINTING = f"""
 import sys
-from bioscara.processes.diagnostics import finish, never_wait
+from bioscara.processes.unread_output import finish, never_wait
 
 never_wait()
 written = getattr(sys, sys.argv[1])
@@ -93,7 +93,7 @@ def test_the_end_waits_half_a_second_for_the_reader(start: Start, stream: str) -
 
 OTHERS = """
 import ctypes, socket, sys, time
-from bioscara.processes.diagnostics import never_wait
+from bioscara.processes.unread_output import never_wait
 from bioscara.processes.nursery import spawn, start_early
 
 def end_of_child():
