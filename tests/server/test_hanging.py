@@ -21,6 +21,7 @@ from bioscara.api.runtime import find
 from bioscara.errors import OwnerLostError
 from bioscara.robot import tasks
 from bioscara.stop import main as stop
+from processes_of import members, only
 from programs import environment, wait_for_line
 from served import NAME, RawClient, eventually, runtime_folder
 
@@ -32,27 +33,6 @@ FAR = tasks.MoveJoints(positions=(0.9, 0.15, 0.2, 0.7), velocity_scaling=0.05)
 def folder() -> Iterator[Path]:
     with runtime_folder() as made:
         yield made
-
-
-def members(process: subprocess.Popen[str], name: str) -> set[int]:
-    """Return the processes of a name in the group of a program."""
-    found = set()
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            pid, _, rest = path.read_text().partition(" (")
-        except OSError:
-            continue
-        comm, _, fields = rest.rpartition(") ")
-        state, _, group = fields.split()[:3]
-        if comm == name and int(group) == process.pid and state != "Z":
-            found.add(int(pid))
-    return found
-
-
-def only(process: subprocess.Popen[str], name: str) -> int:
-    """Return the only process of that name."""
-    (pid,) = members(process, name)
-    return pid
 
 
 def served(start: Start, folder: Path, *options: str) -> subprocess.Popen[str]:
