@@ -59,7 +59,7 @@ FILES = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 
 
 class Rig:
-    """An arm in a process of its own, its owner with a gateway, and what is done to them.
+    """An arm in a process of its own, its owner with a gateway, and their faults.
 
     Attributes:
         plant: The socket of the arm, which has its true state.
@@ -256,7 +256,7 @@ STATES: dict[str, Callable[[Rig], object]] = {
     "disk full": lambda rig: rig.limit_files(0),
     "log unread": Rig.fill_log,
 }
-"""What is done to the processes before the STOP; the last two last."""
+"""Faults of the processes before the STOP; the last two last."""
 
 
 def measure(rig: Rig, door: str, state: str) -> float:

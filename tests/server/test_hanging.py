@@ -36,7 +36,7 @@ def folder() -> Iterator[Path]:
 
 
 def served(start: Start, folder: Path, *options: str) -> subprocess.Popen[str]:
-    """Start an owner in a process of its own, which has told its heartbeats once."""
+    """Start an owner in a process of its own, whose heartbeats were answered once."""
     process = start(
         *("-m", "bioscara", "serve", "--name", NAME, "--homed", *options),
         env=environment(BIOSCARA_RUNTIME=str(folder)),

@@ -1,6 +1,6 @@
 """STOP on the second socket of an owner, which its control loop reads itself.
 
-The way for a STOP that the process of the clients does not answer. Imports the standard library
+For a STOP that the process of the clients does not answer. Imports the standard library
 and modules that do so only, as ``bioscara stop`` must be fast.
 """
 
@@ -14,7 +14,7 @@ from bioscara.api import runtime
 from bioscara.errors import OwnerLostError
 
 USUAL = 0.2
-"""Time after which a STOP without an answer takes this way [s]."""
+"""Time after which a STOP without an answer is sent here [s]."""
 LONGEST = 4096
 """Longest message [byte]."""
 _PATIENCE = 1.0

@@ -116,7 +116,7 @@ class _Nursery:
         """Send a question; call ``answer`` when it is answered.
 
         Args:
-            questions: Closes what is open of it at the end.
+            questions: Closes its sockets at the end.
             answer: The function.
         """
         loop, (ours, theirs) = asyncio.get_running_loop(), socket.socketpair()

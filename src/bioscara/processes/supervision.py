@@ -15,7 +15,7 @@ from enum import Enum
 from pathlib import Path
 
 PERIOD = 0.1
-"""Period in which a process is looked at, and time from its answer to the next question [s]."""
+"""Period of the checks of a process, and time from its answer to the next question [s]."""
 PATIENCE = 1.0
 """Time without an answer after which a process that is stopped or asleep hangs [s]."""
 _PROCESSOR_TIME = 2.0

@@ -165,7 +165,7 @@ class _Output(io.RawIOBase):
             raise error
 
     def take(self) -> None:
-        """Take what others have written to the descriptor."""
+        """Take the output of others from the descriptor."""
         with self._taking:
             while self._pipe >= 0:
                 try:
@@ -226,7 +226,7 @@ class _Output(io.RawIOBase):
 
 
 def _take_on(outputs: Sequence[_Output]) -> None:
-    """Take what others write; one thread."""
+    """Take the output of others; one thread."""
     piped = [each for each in outputs if each.pipe >= 0]
     while piped:
         select.select([each.pipe for each in piped], [], [])

@@ -309,7 +309,7 @@ class OwnerLink:
                 return True
             before, now = now, time.monotonic()
             if now - before > 2.0 * _LOOK:
-                # This program did not run, and may not have read what has come.
+                # This program did not run, and may not have read all messages.
                 begin = now
         return False
 

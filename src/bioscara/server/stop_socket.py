@@ -1,4 +1,4 @@
-"""The socket for STOP alone, which the control loop reads itself, whatever else hangs."""
+"""The socket for STOP alone, which the control loop reads itself."""
 
 from __future__ import annotations
 

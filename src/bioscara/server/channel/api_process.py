@@ -21,7 +21,8 @@ from bioscara.server.log_limit import LogLimit
 MODULES = (__name__,)
 """Modules that the processes of an owner import before they fork."""
 LISTENER, NURSERY = b"l", b"n"
-"""What is handed over: a socket on which clients connect, or the process from which others fork."""
+"""Kinds of handed over files: a socket on which clients connect; the process from which others
+fork."""
 _SWITCH_INTERVAL = 0.0005
 """Time after which a thread that computes lets the loop of the clients go on [s]; usually 5 ms."""
 _LAST = 2.0

@@ -248,7 +248,7 @@ class NewSample(ChannelMessage, frozen=True, tag="sample"):
 
 
 class Known(ChannelMessage, frozen=True, tag="known"):
-    """What has changed; comes before samples and events that show it.
+    """Changes of facts; come before samples and events that show them.
 
     Attributes:
         faults: The faults and warnings; None for those before.

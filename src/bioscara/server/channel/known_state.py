@@ -1,4 +1,4 @@
-"""What the process of the clients knows of the arm, and answers without its owner."""
+"""Facts of the arm that the process of the clients answers without its owner."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from bioscara.api import messages as m
 from bioscara.server.channel.channel_messages import Known, KnownFaults
 
 _FRESH = 0.25
-"""Age of a sample up to which it is the state now [s]; an older one has another cause than the time
-between two cycles, which the owner's silence tells."""
+"""Age of a sample up to which it is the state now [s]; of an older one the owner may be
+suspended."""
 _CYCLES = 3
-"""Cycles after a command from which on samples surely have its effect: one may be made, and one on
-its way, while it is carried out."""
+"""Cycles after a command from which on samples surely have its effect: one may be made, and one be
+sent, while it is carried out."""
 _CONTINUOUS = (m.SetJogVelocity, m.RenewLease, m.AddPoints)
 """Commands that change nothing but where the arm will be, and come all the time."""
 
@@ -41,7 +41,7 @@ class KnownState:
         self.sample, self._came = sample, self._loop.time()
 
     def change(self, known: Known) -> None:
-        """Take what has changed."""
+        """Take changed facts."""
         self._faults = known.faults or self._faults
         self._workspace = known.workspace or self._workspace
 

@@ -443,7 +443,7 @@ class _Channel(asyncio.Protocol):
             self.send(c.NewSample(owner.sample, owner.controllers_sample, world))
 
     def _send_known(self) -> None:
-        """Send what has changed of what the other process answers itself."""
+        """Send changes of the facts that the other process answers itself."""
         owner = self._owner
         try:
             self._faults, faults = owner.faults(self._faults)

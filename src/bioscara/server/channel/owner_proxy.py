@@ -214,7 +214,7 @@ class OwnerProxy(asyncio.Protocol):
             await asyncio.sleep(_LOOK)
             now = self._loop.time()
             if now - before > 2.0 * _LOOK:
-                # This process was suspended, too, and has not read what has come.
+                # This process was suspended, too, and has not read all messages.
                 self._heard = now
             before = now
             if (silent := now - self._heard) >= SILENCE:
