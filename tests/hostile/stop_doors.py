@@ -102,8 +102,11 @@ class Rig:
         with RawClient("mover") as client:
             epoch = client.acquire()
             if task is None:
-                client.request(m.Start(task=tasks.Enable()), epoch)
-                wait_until(lambda: not client.request(m.GetState()).moving, "it is enabled")
+                # A busy computer may have been late for the arm.
+                late = client.request(m.GetFaults()).state != "clear"
+                for each in (*(tasks.Acknowledge(), tasks.Recover())[: 2 * late], tasks.Enable()):
+                    client.request(m.Start(task=each), epoch)
+                    wait_until(lambda: not client.request(m.GetState()).moving, "it is done")
                 # The farther one.
                 place = max(ENDS, key=lambda end: abs(end[0] - truth(self.plant)[0][0]))
                 task = tasks.MoveJoints(positions=place, velocity_scaling=SPEED)
