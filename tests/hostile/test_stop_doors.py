@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import partial
 
 import pytest
 
-from bioscara import Pose
+from bioscara import Pose, Robot
 from bioscara.api import messages as m
+from bioscara.errors import OwnerLostError
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot import tasks
 from entries import entry
@@ -120,3 +125,22 @@ def stopped_while(made: Rig, condition: str, send: object) -> None:
             assert truth(made.plant)[0] == pytest.approx(place, abs=2e-3)
         if condition == "planning":
             assert isinstance(client.answer(number), m.RequestFailed)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("group", [False, True], ids=["owner", "with its gateway"])
+def test_a_suspended_owner_is_reported_beyond_its_gateway(moving: Rig, group: bool) -> None:
+    wait_until(moving.answers, "owner and gateway answer")
+    token = moving.token["Authorization"].removeprefix("Bearer ")
+    suspend = partial(os.killpg if group else os.kill, moving.owner.pid)
+    with Robot.connect(moving.origin, token=token) as robot:
+        assert robot.state
+        suspend(signal.SIGSTOP)
+        try:
+            time.sleep(0.5)
+            begin = time.monotonic()
+            with pytest.raises(OwnerLostError):
+                _ = robot.state
+            assert time.monotonic() - begin < 7.0
+        finally:
+            suspend(signal.SIGCONT)

@@ -141,7 +141,10 @@ class ClientSession:
 
 
 def _size(answer: Answer) -> int:
-    return len(framing.encode_packed(answer))
+    try:
+        return len(framing.encode_packed(answer))
+    except Exception:  # noqa: BLE001  reported where it is sent
+        return 0
 
 
 @dataclass(slots=True)
