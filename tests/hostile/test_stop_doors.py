@@ -123,8 +123,11 @@ def stopped_while(made: Rig, condition: str, send: object) -> None:
         wait_until(lambda: not client.request(m.GetState()).moving, "the goal has ended")
         for _ in range(20):
             assert truth(made.plant)[0] == pytest.approx(place, abs=2e-3)
-        if condition == "planning":
-            assert isinstance(client.answer(number), m.RequestFailed)
+        if condition == "planning" and isinstance(answer := client.answer(number), m.Response):
+            # Accepted at the moment of the stop.
+            assert isinstance(answer.result, m.Accepted)
+            goal = m.GetGoal(answer.result.goal.goal)
+            wait_until(lambda: client.request(goal).goal.status == "cancelled", "it is cancelled")
 
 
 @pytest.mark.thorough
