@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import monotonic
+from time import monotonic, sleep
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
@@ -106,13 +106,61 @@ def test_after_a_break_of_the_connection_control_is_asked_for_again(page: Page) 
     wait_for_state(page, "no-lease", "lease-elsewhere")
 
 
-def begin_motion(page: Page, left: Site) -> None:
-    """Let a page that has the lease move the arm slowly for some seconds."""
+def begin_motion(page: Page, left: Site, share: float = 0.1) -> None:
+    """Let a page that has the lease move the arm for some seconds, at a share of its speed."""
     command(page)
     goal = HALF[0] + (0.3 if left.robot.state.positions[0] < HALF[0] else -0.3)
-    task = {"kind": "move_joints", "positions": [goal, *HALF[1:]], "velocity_scaling": 0.1}
+    task = {"kind": "move_joints", "positions": [goal, *HALF[1:]], "velocity_scaling": share}
     page.evaluate("task => bioscara.start(task)", task)
-    wait_until(lambda: abs(left.robot.state.velocities[0]) > 0.05, "it moves")
+    wait_until(lambda: abs(left.robot.state.velocities[0]) > 0.5 * share, "it moves")
+
+
+def holder(left: Site) -> str | None:
+    """Return the client that commands the arm."""
+    return left.robot._ask(m.GetLease(), m.LeaseState).lease.client
+
+
+def occupy(page: Page, time: float) -> float:
+    """Let the page's own thread do nothing else for a time [s]; returns when that begins."""
+    page.evaluate(
+        """time => {
+            setTimeout(() => {
+                const end = performance.now() + 1000 * time;
+                while (performance.now() < end);
+            });
+        }""",
+        time,
+    )
+    return monotonic()
+
+
+def test_a_busy_page_keeps_the_lease_and_its_motion(page: Page, left: Site) -> None:
+    begin_motion(page, left, 0.02)
+    begin = occupy(page, 3.5)
+    while monotonic() < begin + 3.4:
+        assert holder(left), f"it has lapsed after {monotonic() - begin:.2f} s"
+        assert not at_rest(left.robot)
+        sleep(0.05)
+    page.evaluate("0")
+    assert monotonic() > begin + 3.4
+    assert page.evaluate("bioscara.arm.commands")
+    assert not page.locator("#lease-lost").is_visible()
+    assert not at_rest(left.robot)
+    page.evaluate("bioscara.arm.release()")
+    stays(left.robot)
+
+
+def test_a_page_that_hangs_loses_the_lease_with_its_motion(page: Page, left: Site) -> None:
+    begin_motion(page, left, 0.02)
+    begin = occupy(page, 9.0)
+    wait_until(lambda: not holder(left), "the lease has lapsed", 9.0)
+    # Renewed for 5 s at most, and for 2 s from then on.
+    assert 5.0 < monotonic() - begin < 8.0
+    wait_until(lambda: at_rest(left.robot), "its motion has ended", 1.0)
+    stays(left.robot)
+    page.wait_for_selector("#lease-lost:not([hidden])")
+    assert "has lapsed" in page.locator("#lease-lost").inner_text()
+    assert not page.evaluate("bioscara.arm.commands")
 
 
 LEAVE = {
@@ -141,7 +189,7 @@ def test_a_page_that_is_left_gives_control_back_at_once_after_a_word(
         assert monotonic() - begin < 0.5
         wait_until(lambda: at_rest(left.robot), "the motion has ended")
         stays(left.robot)
-        assert left.robot._ask(m.GetLease(), m.LeaseState).lease.client is None
+        assert holder(left) is None
 
 
 def test_a_page_that_moves_nothing_is_left_without_a_word(page: Page, left: Site) -> None:

@@ -1261,7 +1261,7 @@ class ClientRequest(
     Attributes:
         id: Its number, unique in the session and increasing. A request whose number was seen
             before is not carried out again: its answer is repeated, or it is refused if that is not
-            kept any more. Only a :class:`Query` is.
+            kept any more. Only a :class:`Query` is, or a :class:`RenewLease`.
         command: The request itself.
         epoch: Epoch of the client's lease, for commands that need one.
     """

@@ -112,6 +112,30 @@ def test_a_stop_of_a_viewer_ends_the_lease_of_the_one_who_commands(left: Site) -
         assert viewer.request("get_lease")["lease"]["client"] is None
 
 
+def test_a_second_websocket_of_a_session_renews_its_lease(left: Site) -> None:
+    with left.signed_in(Scope.OPERATE) as browser, ExitStack() as stack:
+        page, worker = (
+            WebClientOfTest(stack.enter_context(left.websocket(left.cookie(browser))))
+            for _ in range(2)
+        )
+        page.greet(session="page")
+        epoch = page.request("acquire_lease", time_to_live=0.8)["lease"]["epoch"]
+        worker.greet(session="page")
+        # Both number their requests on their own.
+        for number in range(3):
+            page.request("get_lease")
+            time.sleep(0.5)
+            assert worker.request("renew_lease", epoch)["kind"] == "lease_state", number
+        # The session goes on without it.
+        worker.socket.close()
+        assert page.request("renew_lease", epoch)["kind"] == "lease_state"
+        page.request("release_lease", epoch)
+        assert left.served is not None
+        events = events_since(left.served, page.welcome["last_event"])
+        come = [event.text for event in events if event.what == "client"]
+        assert come == ["test (operate, 127.0.0.1) has connected"]
+
+
 def test_a_stop_by_post_and_by_socket_are_those_of_one_client(left: Site) -> None:
     with (
         left.signed_in(Scope.OPERATE) as browser,

@@ -317,7 +317,7 @@ class Connection(asyncio.Protocol):
             self._sessions.tell(self._session)
         if self._patience is not None:
             self._patience.cancel()
-        if self.name:
+        if self._session is not None and not self._session.connections:
             self._crowd.announce(f"{self.name} has left", self.name)
 
     def data_received(self, data: bytes) -> None:
@@ -491,7 +491,8 @@ class Connection(asyncio.Protocol):
             resumed=resumed,
         )
         self._send(welcome)
-        self._crowd.announce(f"{self.name} has connected", self.name)
+        if len(session.connections) == 1:
+            self._crowd.announce(f"{self.name} has connected", self.name)
 
     def _request(self, session: ClientSession, request: m.ClientRequest, size: int) -> None:
         number, command = request.id, request.command
@@ -502,7 +503,8 @@ class Connection(asyncio.Protocol):
             case m.Subscribe():
                 self._subscribe(number, command)
                 return
-        keep = not isinstance(command, m.Query)
+        # Of a page two connections number their requests, and the second one only renews.
+        keep = not isinstance(command, m.Query | m.RenewLease)
         if keep:
             if number in session.answers or number <= session.forgotten:
                 self._recall(session, number, number)

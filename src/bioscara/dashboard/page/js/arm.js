@@ -8,11 +8,8 @@ import { text } from "./texts.js";
 
 /** Least time between two samples [s]. */
 const PERIOD = 0.04;
-/** The same of a hidden page, which renews its lease with each of them [s]. */
+/** The same of a hidden page, which looks at the lease with each of them [s]. */
 const HIDDEN_PERIOD = 0.5;
-/** Time between two renewals of the lease, and the least [ms]: timers and samples are not exact. */
-const RENEWAL = 500;
-const LEAST_RENEWAL = 400;
 /** Samples that the owner may send before the page confirms them. */
 const AHEAD = 2;
 /** Events and goals that are kept. */
@@ -384,28 +381,4 @@ export class Arm {
       this.#tell("link");
     }
   }
-}
-
-/**
- * Keep the lease of a page that has it, and measure the round trip of one that has not.
- *
- * @param {Arm} arm The arm.
- */
-export function keepLease(arm) {
-  let last = -Infinity;
-
-  function keep() {
-    const now = performance.now();
-    if (!arm.connection.open || now - last < LEAST_RENEWAL) return;
-    last = now;
-    if (arm.epoch === null) {
-      arm.refreshLease();
-      return;
-    }
-    arm.connection.request({ kind: "renew_lease" }, arm.epoch).catch(() => arm.refreshLease());
-  }
-
-  setInterval(keep, RENEWAL);
-  // The browser lets the timers of a hidden page run once a minute; messages come in time.
-  arm.connection.on("state", keep);
 }

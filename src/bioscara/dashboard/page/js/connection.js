@@ -59,6 +59,8 @@ export class Connection {
     this.attempt = 0;
     this.greeted = false;
     this.ended = false;
+    /** Connects again after a while. @type {ReturnType<typeof setTimeout> | undefined} */
+    this.again = undefined;
     setInterval(() => this.#giveUp(), 1000);
   }
 
@@ -107,6 +109,7 @@ export class Connection {
   /** End the connection until it is resumed, if ever. */
   end() {
     this.ended = true;
+    clearTimeout(this.again);
     this.socket?.close();
   }
 
@@ -199,9 +202,10 @@ export class Connection {
     this.roundTrip = NaN;
     const signedOut = code === 1008 && reason.includes("sign");
     this.#emit("closed", { reason, signedOut });
+    clearTimeout(this.again);
     if (this.ended || signedOut) return;
     this.attempt += 1;
-    setTimeout(() => this.connect(), wait);
+    this.again = setTimeout(() => this.connect(), wait);
   }
 
   #giveUp() {

@@ -1,9 +1,10 @@
 // Begin of the page: sign in, connect, build its parts.
 
-import { Arm, keepLease } from "./arm.js";
+import { Arm } from "./arm.js";
 import { App } from "./app.js";
 import { Connection } from "./connection.js";
 import { buildJog } from "./control/jog_pad.js";
+import { keepLease } from "./control/lease_keeping.js";
 import { watchLeaving } from "./control/leaving.js";
 import { buildStop } from "./control/stop_button.js";
 import { at, h, printable } from "./dom.js";
