@@ -1,7 +1,4 @@
-"""STOP by every door while something of a served arm hangs, measured at the plant in real time.
-
-Run by hand it prints the table of docs/server.md: PYTHONPATH=tests python -m hostile.stop_doors
-"""
+"""STOP by every door while something of a served arm hangs, measured at the plant in real time."""
 
 from __future__ import annotations
 
@@ -12,16 +9,16 @@ import resource
 import signal
 import socket
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 from statistics import mean
-from typing import Any
+from typing import Any, NamedTuple
 
 import httpx
+import numpy as np
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
@@ -51,17 +48,27 @@ SPEED = 0.1
 """Share of the largest velocity: one way takes some 40 s."""
 _MOVING = 0.03
 """Speed of the first joint above which the arm moves for sure [rad/s]."""
-_SLOW = 0.1
-"""Time after which a speed that stays below nine tenths of the former one is a deceleration [s]."""
+_BEGIN = 15.0
+"""Time in which a motion has begun, also that of a command that is started [s]."""
+_BEFORE = 0.15
+"""Time before the STOP in which the former speed is measured [s]."""
 _AGAIN = 0.2
 """Time after which a person or program repeats a STOP that no gateway has answered [s]."""
-FILES = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
+_IN_TERMINAL = """
+import fcntl, sys, termios
+from bioscara.cli import main
+
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+sys.exit(main(sys.argv[1:]))
+"""
+"""A command whose terminal sends it the signal of a key."""
 
 
 class Rig:
     """An arm in a process of its own, its owner with a gateway, and their faults.
 
     Attributes:
+        folder: The runtime folder.
         plant: The socket of the arm, which has its true state.
         owner: The owner.
         origin: Address of the gateway, without a slash at its end.
@@ -72,12 +79,12 @@ class Rig:
     ) -> None:
         self.plant, self.owner, self._output = plant, owner, output
         self.origin = f"http://127.0.0.1:{port}"
-        self._folder = folder
+        self.folder = folder
 
     @property
     def token(self) -> dict[str, str]:
         """The header with the token of a viewer."""
-        tokens = json.loads((self._folder / f"{NAME}.tokens").read_text())
+        tokens = json.loads((self.folder / f"{NAME}.tokens").read_text())
         return {"Authorization": f"Bearer {tokens['view']}"}
 
     def answers(self) -> bool:
@@ -97,33 +104,38 @@ class Rig:
         """Return the mean of its speed, which belts swing, over 0.1 s [rad/s]."""
         return mean(self.speed() for _ in range(20))
 
-    def begin(self, task: m.AnyTask | None = None) -> int:
-        """Begin a motion that goes on without its client, or another task; return its goal."""
+    def ready(self) -> None:
+        """Wait until owner and gateway answer; enable the arm, also after a late cycle."""
+        wait_until(self.answers, "owner and gateway answer")
+        with RemoteRobot(NAME) as robot:
+            robot.stop()
+            wait_until(lambda: not robot.is_moving, "the arm is at rest")
+            robot.acquire_lease(force=True)
+            if robot.faults:
+                robot.acknowledge()
+                robot.recover()
+            robot.enable()
+
+    def begin(self) -> None:
+        """Begin a motion that goes on without its client, towards the farther end."""
         with RawClient("mover") as client:
-            epoch = client.acquire()
-            if task is None:
-                # A busy computer may have been late for the arm.
-                late = client.request(m.GetFaults()).state != "clear"
-                for each in (*(tasks.Acknowledge(), tasks.Recover())[: 2 * late], tasks.Enable()):
-                    client.request(m.Start(task=each), epoch)
-                    wait_until(lambda: not client.request(m.GetState()).moving, "it is done")
-                # The farther one.
-                place = max(ENDS, key=lambda end: abs(end[0] - truth(self.plant)[0][0]))
-                task = tasks.MoveJoints(positions=place, velocity_scaling=SPEED)
-            start = m.Start(task=task, on_lease_loss="finish")
-            return int(client.request(start, epoch).goal.goal)
+            here = truth(self.plant)[0][0]
+            place = max(ENDS, key=lambda end: abs(end[0] - here))
+            task = tasks.MoveJoints(positions=place, velocity_scaling=SPEED)
+            client.request(m.Start(task=task, on_lease_loss="finish"), client.acquire())
 
     def until_moving(self) -> None:
         """Wait until the first joint moves at constant speed."""
-        wait_until(lambda: self.speed() > _MOVING, "the arm moves")
+        wait_until(lambda: self.speed() > _MOVING, "the arm moves", _BEGIN)
         former, now = 0.0, self.mean_speed()
         while abs(now - former) > 0.02 * now:
             former, now = now, self.mean_speed()
 
-    def ended(self, goal: int) -> bool:
-        """Return whether a goal was cancelled."""
+    def goal(self) -> m.GoalValue:
+        """Return the newest goal."""
         with RawClient("look") as client:
-            return bool(client.request(m.GetGoal(goal)).goal.status == "cancelled")
+            goals: tuple[m.GoalValue, ...] = client.request(m.ListGoals()).goals
+            return goals[-1]
 
     def send(self, name: str, number: signal.Signals) -> None:
         """Send a signal to all processes of a name."""
@@ -132,26 +144,58 @@ class Rig:
         for pid in found:
             os.kill(pid, number)
 
-    def hang_gateway(self) -> None:
-        """Suspend the gateway."""
+    @contextmanager
+    def suspended(self, name: str) -> Iterator[None]:
+        """Suspend the processes of a name; at the end those go on that are still there."""
+        found = self.gateway() if name == "web" else members(self.owner, name)
+        assert found, name
+        for pid in found:
+            os.kill(pid, signal.SIGSTOP)
+        yield
+        for pid in found & (self.gateway() if name == "web" else members(self.owner, name)):
+            os.kill(pid, signal.SIGCONT)
+
+    def gateway(self) -> set[int]:
+        """Return the process of the gateway."""
         children = Path(f"/proc/{self.owner.pid}/task/{self.owner.pid}/children").read_text()
+        found = set()
         for pid in map(int, children.split()):
-            if b"\0web\0" in Path(f"/proc/{pid}/cmdline").read_bytes():
-                os.kill(pid, signal.SIGSTOP)
-                return
-        raise AssertionError("there is no gateway")
+            with suppress(OSError):
+                if b"\0web\0" in Path(f"/proc/{pid}/cmdline").read_bytes():
+                    found.add(pid)
+        return found
 
-    def limit_files(self, size: int) -> None:
-        """Let no file of the owner and the process of the clients grow beyond a size."""
-        for pid in (self.owner.pid, *members(self.owner, "bioscara-api")):
-            resource.prlimit(pid, resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
+    @contextmanager
+    def without_clients(self) -> Iterator[None]:
+        """Suspend the process from which others fork, and kill that of the clients."""
+        self.send("bioscara-forks", signal.SIGSTOP)
+        self.send("bioscara-api", signal.SIGKILL)
+        yield
 
-    def fill_log(self) -> None:
-        """Let no output of the owner be read, with a full pipe."""
+    @contextmanager
+    def full_disk(self) -> Iterator[None]:
+        """Let no file of the owner and the process of the clients grow."""
+        most = resource.RLIM_INFINITY
+        for size in (0, most):
+            for pid in (self.owner.pid, *members(self.owner, "bioscara-api")):
+                resource.prlimit(pid, resource.RLIMIT_FSIZE, (size, most))
+            if not size:
+                yield
+
+    @contextmanager
+    def unread_log(self) -> Iterator[None]:
+        """Let no output of the owner be read from now on, with a full pipe."""
         self._output.block()
         with RawClient("noisy") as client:
             for _ in range(300):
                 client.request(m.Report("r" * 500))
+        yield
+
+    @contextmanager
+    def busy(self) -> Iterator[None]:
+        """Keep the owner's event loop busy for 1 s."""
+        self.owner.send_signal(signal.SIGUSR1)
+        yield
 
 
 @contextmanager
@@ -180,7 +224,18 @@ def rig(*words: str) -> Iterator[Rig]:
         yield made
 
 
-# Doors: each prepares, and returns what stops.
+class Door(NamedTuple):
+    """A way to stop an arm.
+
+    Attributes:
+        prepare: Prepares it, and returns what stops.
+        moves: Whether preparing begins the motion, one of its own.
+        gateway: Whether it needs the gateway.
+    """
+
+    prepare: Callable[[Rig, ExitStack], Callable[[], object]]
+    moves: bool = False
+    gateway: bool = False
 
 
 def by_python(_: Rig, stack: ExitStack) -> Callable[[], object]:
@@ -227,101 +282,132 @@ def by_websocket(rig: Rig, stack: ExitStack) -> Callable[[], object]:
     return send
 
 
-DOORS = {
-    # First, as a gateway that ends again is started later.
-    "HTTP": by_http,
-    "WebSocket": by_websocket,
-    "Python": by_python,
-    "command": by_command,
-}
-
-
-# States.
-
-
-def _nothing(_: Rig) -> None:
-    return
-
-
-def _kill_clients(rig: Rig) -> None:
-    rig.send("bioscara-forks", signal.SIGSTOP)
-    rig.send("bioscara-api", signal.SIGKILL)
-
-
-STATES: dict[str, Callable[[Rig], object]] = {
-    "usual": _nothing,
-    "clients' process hung": lambda rig: rig.send("bioscara-api", signal.SIGSTOP),
-    "gateway hung": Rig.hang_gateway,
-    "nursery hung": lambda rig: rig.send("bioscara-forks", signal.SIGSTOP),
-    "nursery hung, clients' process dead": _kill_clients,
-    "workers hung": lambda rig: rig.send("bioscara-worker", signal.SIGSTOP),
-    "event loop busy for 1 s": lambda rig: rig.owner.send_signal(signal.SIGUSR1),
-    "disk full": lambda rig: rig.limit_files(0),
-    "log unread": Rig.fill_log,
-}
-"""Faults of the processes before the STOP; the last two last."""
-
-
-def measure(rig: Rig, door: str, state: str) -> float:
-    """Return the time from STOP to the deceleration of the true arm, which comes to rest [s]."""
-    wait_until(rig.answers, "owner and gateway answer")
-    with ExitStack() as stack:
-        send = DOORS[door](rig, stack)
-        goal = rig.begin()
-        rig.until_moving()
-        STATES[state](rig)
-        before = rig.mean_speed()
-        assert before > _MOVING, "the arm has stopped already"
-        sender, begin = threading.Thread(target=send), time.monotonic()
-        sender.start()
-        # The last fast moment is that before the deceleration.
-        last = begin
-        while time.monotonic() - last < _SLOW:
-            assert time.monotonic() - begin < LIMIT
-            if rig.speed() > 0.9 * before:
-                last = time.monotonic()
-        delay = last - begin
-        wait_until(lambda: at_rest(rig.plant), "the arm is at rest")
-        sender.join()
-        if state == "workers hung":
-            rig.send("bioscara-worker", signal.SIGCONT)
-        wait_until(rig.answers, "owner and gateway answer")
-        wait_until(lambda: rig.ended(goal), "the motion is cancelled")
-    return delay
-
-
 class Terminal:
-    """``bioscara move`` in a terminal."""
+    """A command in a terminal.
 
-    def __init__(self, rig: Rig, stack: ExitStack) -> None:
+    Args:
+        words: The command.
+        stack: Ends it.
+    """
+
+    def __init__(self, words: tuple[str, ...], stack: ExitStack) -> None:
         self._near, far = pty.openpty()
         stack.callback(os.close, self._near)
-        words = ("-m", "bioscara", "move", "--arm", NAME, "--joints", "0.5", "0.25", "1.0", "0.5")
         options = {"stdin": far, "stdout": far, "stderr": far, "env": environment()}
-        self.program = stack.enter_context(running(*words, cold=True, **options))
+        self.program = stack.enter_context(
+            running("-c", _IN_TERMINAL, *words, cold=True, **options)
+        )
         os.close(far)
+        self._text = ""
         threading.Thread(target=self._read, daemon=True).start()
-        rig.until_moving()
 
     def _read(self) -> None:
         with suppress(OSError):
-            while os.read(self._near, 1 << 16):
-                pass
+            while read := os.read(self._near, 1 << 16):
+                self._text += read.decode(errors="replace")
+
+    def wait_for(self, text: str) -> None:
+        """Wait until a text is shown."""
+        wait_until(lambda: text in self._text, text)
+
+    def press(self, key: str) -> None:
+        """Press a key."""
+        os.write(self._near, key.encode())
 
     def interrupt(self) -> None:
-        """Press Ctrl-C."""
-        self.program.send_signal(signal.SIGINT)
+        """Press Ctrl-C; the command ends."""
+        self.press("\x03")
+        self.program.wait(LIMIT)
 
 
-def main() -> None:
-    lines = [f"| | {' | '.join(DOORS)} |", "| --- |" + " --- |" * len(DOORS)]
-    with rig("homed") as made:
-        for state in STATES:
-            delays = [measure(made, door, state) for door in DOORS]
-            lines.append(f"| {state} | {' | '.join(f'{1e3 * each:.0f} ms' for each in delays)} |")
-            sys.stderr.write(lines[-1] + "\n")
-    sys.stdout.write("\n".join([*lines, ""]))
+def by_key(rig: Rig, stack: ExitStack) -> Callable[[], object]:
+    here = truth(rig.plant)[0][0]
+    place = max(ENDS, key=lambda end: abs(end[0] - here))
+    words = ("move", "--arm", NAME, "--joints", *map(str, place))
+    return Terminal(words, stack).interrupt
 
 
-if __name__ == "__main__":
-    main()
+DOORS = {
+    "`robot.stop()`": Door(by_python),
+    "`bioscara stop`": Door(by_command),
+    "HTTP": Door(by_http, gateway=True),
+    "WebSocket": Door(by_websocket, gateway=True),
+    "Ctrl-C": Door(by_key, moves=True),
+}
+"""Those without a browser and without ROS."""
+DEAD = "nursery hung, clients' process dead"
+STATES: dict[str, Callable[[Rig], AbstractContextManager[object]]] = {
+    "usual": lambda _: nullcontext(),
+    "clients' process hung": lambda rig: rig.suspended("bioscara-api"),
+    "gateway hung": lambda rig: rig.suspended("web"),
+    "nursery hung": lambda rig: rig.suspended("bioscara-forks"),
+    DEAD: Rig.without_clients,
+    "workers hung": lambda rig: rig.suspended("bioscara-worker"),
+    "event loop busy for 1 s": Rig.busy,
+    "disk full": Rig.full_disk,
+    "log unread": Rig.unread_log,
+}
+"""Faults of the processes; the last one lasts."""
+
+
+class Watch:
+    """Records the motion of an arm in a block of code.
+
+    Args:
+        plant: Its socket.
+    """
+
+    def __init__(self, plant: Path) -> None:
+        self._plant, self._ended = plant, threading.Event()
+        self._rows: list[tuple[float, float]] = []
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> Watch:
+        self._thread.start()
+        time.sleep(_BEFORE)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            speed = max(map(abs, truth(self._plant)[1]))
+            self._rows.append((time.monotonic(), speed))
+
+    def deceleration(self, begin: float) -> float:
+        """Return the time from a moment on to a speed below 95 % of that before [s]."""
+        times, speeds = np.array(self._rows).T
+        before = speeds[(times > begin - _BEFORE) & (times <= begin)]
+        # Belts let the speed swing: below all that it was.
+        slow = 0.95 * min(float(np.median(before)), float(before.min()))
+        assert slow > 0.0, "the arm has stopped already"
+        return max(float(times[speeds >= slow][-1]) - begin, 0.0)
+
+
+def measure(rig: Rig, door: Door, state: str) -> float:
+    """Return the time from STOP to the deceleration of the true arm, which comes to rest [s].
+
+    The death of the process of the clients ends a motion that may not finish: then from that on.
+    """
+    rig.ready()
+    with ExitStack() as stack:
+        send = door.prepare(rig, stack)
+        if not door.moves:
+            rig.begin()
+        rig.until_moving()
+        number = rig.goal().goal
+        with Watch(rig.plant) as watch:
+            begin = time.monotonic()
+            with STATES[state](rig):
+                if not (door.moves and state == DEAD):
+                    time.sleep(_BEFORE)
+                    begin = time.monotonic()
+                send()
+                wait_until(lambda: at_rest(rig.plant), "the arm is at rest")
+        wait_until(rig.answers, "owner and gateway answer")
+        wait_until(lambda: rig.goal().status != "stopping", "the motion has ended")
+        goal = rig.goal()
+        assert (goal.goal, goal.status) == (number, "cancelled"), goal
+    return watch.deceleration(begin)
