@@ -422,9 +422,19 @@ class FollowingError(JointError):
 
 
 class JointResetError(JointError):
-    """A joint restarted: its boot id changed, so its home and its session are lost."""
+    """A joint restarted: its boot id changed, so its home and its session are lost.
+
+    Attributes:
+        reset_cause: Name of its reset cause, such as ``"WATCHDOG"``; empty if none was reported.
+    """
 
     code = -213
+
+    def __init__(
+        self, message: str, joint: str = "", remedy: str = "", reset_cause: str = ""
+    ) -> None:
+        self.reset_cause = reset_cause
+        super().__init__(message, joint, remedy)
 
 
 class WrongJointError(JointError):

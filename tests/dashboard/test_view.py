@@ -238,6 +238,25 @@ def test_a_plan_is_executed_by_a_second_press_and_with_the_lease_alone(
     assert left.robot.pose == pytest.approx(goal, abs=1e-4)
 
 
+def test_a_plan_that_is_executed_is_shown_where_the_arm_is_in_it(page: Page, left: Site) -> None:
+    _show_target(page, *_near(left.robot, 0.0, 0.0, 0.05))
+    _plan(page)
+    command(page)
+    execute = page.get_by_role("button", name="Execute")
+    wait_until(execute.is_enabled, "it can be executed")
+    shown = "bioscara.preview === null ? 1 : bioscara.preview.time / Number(MAX)"
+    shown = shown.replace("MAX", "document.querySelector('.view-plan input').max")
+    assert page.evaluate(shown) == 1.0
+    execute.click()
+    wait_until(lambda: 0.2 < page.evaluate(shown) < 0.6, "it is followed")
+    assert page.get_by_label("Time in the plan").is_disabled()
+    # Where the arm is now; it moves on, by 1 mm in the 0.2 s between two looks.
+    ghost, tool = _tool(page, "plannedRoom"), left.robot.pose
+    assert ghost[:3] == pytest.approx(tool[:3], abs=5e-3)
+    wait_until(lambda: page.evaluate(shown) > 0.6, "it goes on")
+    page.locator(".view-plan").wait_for(state="hidden")
+
+
 def test_a_plan_dies_when_the_arm_moves(page: Page, left: Site) -> None:
     _show_target(page, *_near(left.robot, 0.0, 0.0, -0.01))
     _plan(page)

@@ -32,7 +32,7 @@ test("texts of the owner have mm and degrees, and no paths of fields", () => {
       "j1: goal 515.662° is outside -174.55 .. 174.55°"],
     ["(2, 0, 0.2) m, yaw 1.5708 rad cannot be reached: the wrist would be 1.2664 m beyond the reach of 0.6145 m",
       "(2000, 0, 200) mm, yaw 90.0002° cannot be reached: the wrist would be 1266.4 mm beyond the reach of 614.5 mm"],
-    ["it would take j2 at 5.01 m, 4.67 m beyond its range -0.0016 .. 0.338",
+    ["it would take j2 at 5.01 m, 4.67 m beyond its range -0.0016 .. 0.338 m",
       "it would take j2 at 5010 mm, 4670 mm beyond its range -1.6 .. 338 mm"],
     ["width 0.5 m is outside 0.04 .. 0.112 m; give a width between these, in metres",
       "width 500 mm is outside 40 .. 112 mm; give a width between these"],
@@ -41,7 +41,14 @@ test("texts of the owner have mm and degrees, and no paths of fields", () => {
       "the request cannot be used: a number is missing: z"],
     ["start and goal are the same pose: 0 m and 0 rad apart; leave one of them out", "the tool is there already"],
     ["Expected `str`, got `int` - at `$.command.task.name`", "Expected `str`, got `int`"],
-    // No quantities of these units.
+    ["j3 at -2.7 rad, 0.07328 rad beyond its range -2.62672 .. 2.62672 rad or j3 at 2.7 rad",
+      "j3 at -154.699°, 4.19863° beyond its range -150.5 .. 150.5° or j3 at 154.699°"],
+    ["arm.yaml, line 3: joints.j2.upper: 3 is outside -2 .. 2 m", "arm.yaml, line 3: joints.j2.upper: 3000 is outside -2000 .. 2000 mm"],
+    ["step 3, 0.5 m; segment 2 begins 0.01 (m or rad) beside it", "step 3, 500 mm; segment 2 begins 0.01 (m or rad) beside it"],
+    ["blend 50 m is more than 0.1 m; are these millimetres? lengths are metres", "blend 50000 mm is more than 100 mm"],
+    // No quantities of these units, or of which one is not known.
+    ["j1 ends at 0.5 rad/s or m/s, 0.001 is the most", "j1 ends at 0.5 rad/s or m/s, 0.001 is the most"],
+    ["its range -2.62672 .. 2.62672", "its range -2.62672 .. 2.62672"],
     ["speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm",
       "speed_override 3 is outside 0 .. 1; 12 ms, 3 min, j1 (0x11), 5 mm"],
   ];

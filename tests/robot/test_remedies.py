@@ -257,7 +257,7 @@ REMEDIES = (
     Remedy("a motion of an arm that is not homed", e.NotHomedError, "home() first",
            lambda w: w.robot.unfold(), lambda w: w.robot.home(), at=None),
     Remedy("a joint that restarted", e.FaultedError,
-           "check the joint's supply; then acknowledge() and recover()",
+           "check the joint's supply and its reset button; then acknowledge() and recover()",
            failed("reset", "j4"), repaired(home=True), move),
     Remedy("a joint without supply", e.FaultedError, "then acknowledge() and recover()",
            failed("power", "j3", 0.0), repaired(home=True), move),

@@ -178,7 +178,7 @@ class Scara:
             hint = unit_hint(value, limit.unit)
             sentences.append(
                 f"{limit.name} at {value:.4f} {limit.unit}, {_amount(over)} {limit.unit} beyond "
-                f"its range {limit.lower:g} .. {limit.upper:g}{hint and f' ({hint})'}"
+                f"its range {limit.lower:g} .. {limit.upper:g} {limit.unit}{hint and f' ({hint})'}"
             )
         return sentences
 

@@ -40,6 +40,9 @@ def test_a_joint_that_restarted_has_another_boot_id_and_says_why() -> None:
         arm.reset("j3", ResetCause.WATCHDOG)
         eventually(lambda: client.request(m.GetState()).fault == "latched")
         assert "restarted" in asked(client).joints[2].halted
+        (fault,) = client.request(m.GetFaults()).faults
+        assert "report that its firmware hung" in fault.text
+        assert "supply" not in fault.text
         robot.acknowledge()
         robot.recover()
         after = asked(client).joints[2]

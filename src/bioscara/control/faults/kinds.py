@@ -25,7 +25,7 @@ from bioscara.errors import (
     StalledError,
 )
 from bioscara.printing import brief
-from bioscara.protocol import Fault as JointFault
+from bioscara.protocol import Fault as JointFault, ResetCause
 
 
 class Stop(Enum):
@@ -107,7 +107,12 @@ class ArmFault:
 
     @property
     def action(self) -> str:
-        """Action required of a person; one joint alone may be without supply."""
+        """Action required of a person.
+
+        One joint alone may be without supply, and a joint restarts for several reasons.
+        """
+        if isinstance(self.cause, JointResetError):
+            return _RESET_ACTIONS.get(self.cause.reset_cause, self.kind.action)
         missing = isinstance(self.cause, BioscaraError) and reports_missing_supply(self.cause)
         return FaultKind.POWER_LOST.action if missing else self.kind.action
 
@@ -123,6 +128,12 @@ class ArmFault:
         return self.cause
 
 
+_RESET_ACTIONS = {
+    ResetCause.PIN.name: "check the joint's supply and its reset button",
+    ResetCause.SOFTWARE.name: "report the exception of its firmware, with the evidence",
+    ResetCause.WATCHDOG.name: "report that its firmware hung, with the evidence",
+}
+"""Actions after a restart of a joint of which its supply may not be the reason, by reset cause."""
 _JOINT_FAULTS = {
     JointFault.FOLLOWING.name: FaultKind.FOLLOWING_ERROR,
     JointFault.SETPOINT_LOST.name: FaultKind.SETPOINT_LOST,

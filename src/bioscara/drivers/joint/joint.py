@@ -180,6 +180,7 @@ class Joint:
                 f"{self.name}: the joint restarted (reset cause {now.reset_cause.name})",
                 self.name,
                 "init(), enable() and home() it again",
+                now.reset_cause.name,
             )
 
     def get_image(self) -> int:

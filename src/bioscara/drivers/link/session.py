@@ -460,6 +460,7 @@ class Session:
             f"{self._joint}: the joint restarted ({cause}); its home is lost",
             self._joint,
             "init(), enable() and home() it again",
+            now.reset_cause.name if now else "",
         )
         return self._restarted
 

@@ -29,6 +29,9 @@ export class ActionError extends Error {}
 /** Errors that are no mistakes of the page. */
 const EXPECTED = [RequestError, ConnectionError, NoLeaseError, MismatchError, ActionError];
 
+/** Time between two requests for the progress of a goal [ms]. */
+const PROGRESS = 200;
+
 /** The page's model and its commands. */
 export class App {
   /**
@@ -93,13 +96,24 @@ export class App {
    * Wait for the end of a goal.
    *
    * @param {number} number The goal.
+   * @param {((share: number) => void) | null} [progressed] Called with the share of it that is done, 0 to 1, several times
+   *   a second; NaN if it is not known.
    * @returns {Promise<GoalValue>} As it ended.
    */
-  ended(number) {
+  ended(number, progressed = null) {
     return new Promise((resolve) => {
+      let done = false;
+      // No event reports the progress.
+      const ask = () =>
+        this.ask({ kind: "get_goal", goal: number }).then(({ goal }) => {
+          if (!done) progressed?.(goal.progress ?? NaN);
+        }, () => {});
+      const timer = progressed && setInterval(ask, PROGRESS);
       const look = () => {
         const goal = this.arm.goals.get(number);
         if (!goal || !["succeeded", "cancelled", "failed"].includes(goal.status)) return;
+        done = true;
+        if (timer !== null) clearInterval(timer);
         forget();
         resolve(goal);
       };

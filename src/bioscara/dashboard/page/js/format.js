@@ -72,12 +72,15 @@ export function duration(value) {
 }
 
 const NUMBER = String.raw`[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?`;
-/** Numbers with one unit, or a range whose unit is that of the number before it. */
+/** A number, a range, a number outside of it or a list in brackets, with their unit; not one that may be of either unit, as "rad/s or m/s". */
 const QUANTITIES = new RegExp(
-  String.raw`(?<![\w.])(?<numbers>\(?${NUMBER}(?:(?: \.\. |, )${NUMBER})*\)?) (?<unit>rad|m)(?<rate>/s²?)?(?![\w²])|`
-    + String.raw`(?<=range )(?<range>${NUMBER} \.\. ${NUMBER})(?! *[\w°])`,
+  String
+    .raw`(?<![\w.])(?<numbers>(?:${NUMBER} is outside )?${NUMBER}(?: \.\. ${NUMBER})?|\(${NUMBER}(?:, ${NUMBER})*\)) (?<unit>rad|m)(?<rate>/s²?)?(?![\w²/]| or (?:rad|m)\b)`,
   "g",
 );
+/** Hints at units, which a person who gives mm and degrees does not need. */
+const HINT =
+  /(?:; | \()are these (?:mm\/s or degrees|millimetres|degrees)\?(?: (?:angles|lengths|velocities) are (?:radians|metres|m\/s and rad\/s))?\)?|; (?:angles|lengths) are in (?:rad|m), not in (?:degrees|mm)|, in metres\b/g;
 
 /**
  * Return a text of the owner, whose lengths are in m and angles in rad, for people.
@@ -86,17 +89,14 @@ const QUANTITIES = new RegExp(
  * @returns {string} In mm and degrees, without the paths of fields in messages.
  */
 export function readable(message) {
-  let unit = "";
   return message
     .replace(/Expected `(?:float|int)`, got `null` - at `\$[^`]*?(\w+)(?:\[\d+\])?`/, "a number is missing: $1")
     .replace(/ - at `\$[^`]*`/, "")
     .replace(/^start and goal are the same pose: .*/, "the tool is there already")
-    .replace(/; are these degrees\? angles are radians|, in metres\b/, "")
-    .replace(QUANTITIES, (whole, numbers, given, rate, range) => {
-      if (range && !unit) return whole;
-      unit = given ?? unit;
+    .replace(HINT, "")
+    .replace(QUANTITIES, (_, numbers, unit, rate) => {
       const [factor, shown] = unit === "m" ? [MM, " mm"] : [DEGREE, "°"];
-      const converted = (numbers ?? range).replace(new RegExp(NUMBER, "g"),
+      const converted = numbers.replace(new RegExp(NUMBER, "g"),
         (/** @type {string} */ each) => String(Number((Number(each) / factor).toPrecision(6))));
       return `${converted}${shown}${rate ?? ""}`;
     });

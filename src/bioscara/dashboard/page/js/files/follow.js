@@ -8,8 +8,6 @@ import { text } from "../texts.js";
 
 /** Points of one message: with velocities and accelerations of six joints less than 256 KiB. */
 const PART = 500;
-/** Time between two requests for the progress [ms]. */
-const LOOK = 250;
 
 /** Follows one trajectory at a time. */
 export class Follower {
@@ -42,13 +40,12 @@ export class Follower {
     this.cancelled = false;
     this.words = "";
     this.#enter("uploading", 0);
-    const timer = setInterval(() => this.#look(), LOOK);
     try {
       const { upload, last } = await this.#upload(trajectory);
       const { goal } = await this.app.start({ kind: "follow", trajectory: last, approach: true, planned: false, upload });
       this.goal = goal;
       this.#enter("following", NaN);
-      const ended = await this.app.ended(goal);
+      const ended = await this.app.ended(goal, (share) => this.#enter("following", share));
       this.words = ended.status === "succeeded" ? text("files.done") : (ended.failure?.text ?? text("files.was_cancelled"));
       if (ended.status !== "succeeded") throw new ActionError(this.words);
       return ended;
@@ -56,7 +53,6 @@ export class Follower {
       this.words = error instanceof Error ? error.message : String(error);
       throw error;
     } finally {
-      clearInterval(timer);
       this.goal = null;
       this.#enter("idle", NaN);
     }
@@ -80,15 +76,6 @@ export class Follower {
       this.#enter("uploading", (begin + PART) / count);
     }
     return { upload, last: part(trajectory, begin, count) };
-  }
-
-  /** No event reports the progress. */
-  #look() {
-    const { goal } = this;
-    if (goal === null) return;
-    this.app.ask({ kind: "get_goal", goal }).then((answer) => {
-      if (this.goal === goal) this.#enter("following", answer.goal.progress ?? NaN);
-    }, () => {});
   }
 
   /**

@@ -104,6 +104,7 @@ export class PlanStrip {
     const reason = this.#reason();
     this.element.classList.toggle("dead", Boolean(this.guard?.reason) && this.phase === "idle");
     setText(this.status, reason);
+    for (const each of [this.play, this.slider]) setValues(each, { disabled: this.phase === "executing" });
     setValues(this.execute, { disabled: reason !== "" || this.phase !== "idle" });
     setText(this.execute, text(this.phase === "executing" ? "view.executing" : "view.execute"));
   }
@@ -124,15 +125,28 @@ export class PlanStrip {
     if (!preview?.execute || this.#reason() !== "" || this.phase !== "idle") return;
     this.#pause();
     this.phase = "executing";
+    this.#follow(preview, 0);
     this.#update();
     /** @type {GoalValue | null} */
     let goal = null;
     const begun = await this.app.attempt(async () => {
       const answer = /** @type {GoalValue | undefined} */ (await preview.execute?.());
-      goal = answer && typeof answer.goal === "number" ? await this.app.ended(answer.goal) : null;
+      const follow = (/** @type {number} */ share) => this.#follow(preview, share);
+      goal = answer && typeof answer.goal === "number" ? await this.app.ended(answer.goal, follow) : null;
     });
     // Another one may be shown by now.
     if (this.app.preview === preview) this.#finish(begun, goal);
+  }
+
+  /**
+   * Show the plan where the arm is in it.
+   *
+   * @param {Preview} preview The plan that it follows.
+   * @param {number} share Share of its time.
+   */
+  #follow(preview, share) {
+    if (this.app.preview !== preview || Number.isNaN(share)) return;
+    this.app.seekPreview(this.#begins + share * (this.#duration - this.#begins));
   }
 
   /**
