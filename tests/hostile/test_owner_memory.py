@@ -83,7 +83,7 @@ def test_forty_thousand_questions_of_eight_viewers_leave_little(
 
 
 def kept(process: int, clients: list[RawClient], seed: int) -> int:
-    """Return the memory of a process after 20,000 questions, without that of answers on their way."""
+    """Return the memory of a process after 20,000 questions [byte], the least of some moments."""
     ask(clients, seed, 18_000)
     found = []
     for _ in range(8):
