@@ -147,6 +147,7 @@ def test_a_busy_page_keeps_the_lease_and_its_motion(page: Page, left: Site) -> N
     assert not page.locator("#lease-lost").is_visible()
     assert not at_rest(left.robot)
     page.evaluate("bioscara.arm.release()")
+    wait_until(lambda: at_rest(left.robot), "its motion has ended")
     stays(left.robot)
 
 
