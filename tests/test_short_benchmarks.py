@@ -21,7 +21,7 @@ SHORT = {
     "BIOSCARA_VIEWERS": "4",
 }
 SLACK = 5.0
-"""Part of a limit that may be used: a percentile of few, beside other tests."""
+"""Part of a limit that may be used: a percentile of few, while other tests run."""
 _ROOT = Path(__file__).parents[1]
 _PROGRAM = """
 import importlib, json, sys

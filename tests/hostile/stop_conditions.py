@@ -29,7 +29,7 @@ TASKS: dict[str, m.AnyTask] = {
     "homing": tasks.Home(),
     "pause": tasks.MoveJoints(positions=_FAR, velocity_scaling=0.1),
 }
-"""What the arm does, by the name of the condition."""
+"""Tasks of the arm, by the name of the condition."""
 _WAIT = [
     {"kind": "wait", "seconds": 30.0},
     {"kind": "move_joints", "positions": dict(zip(("j1", "j2", "j3", "j4"), _FAR, strict=True))},

@@ -65,7 +65,7 @@ def not_homed() -> Iterator[Rig]:
         (condition, door)
         for condition in ("planning", "wait", "pause")
         for door in DOORS
-        # What a command does in a plan is tested with the sequences.
+        # Ctrl-C in a plan is tested with the sequences.
         if (condition, door) != ("planning", "Ctrl-C")
     ],
 )
