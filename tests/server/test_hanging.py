@@ -124,6 +124,7 @@ def test_a_hanging_gateway_is_replaced_only_if_the_owner_has_begun_it(
     start: Start, folder: Path
 ) -> None:
     owner = served(start, folder, "--with", "web --port 0", "--with", "record")
+    wait_for_line(owner, "on the web")
     names = ("web", "record")
     eventually(lambda: all(gateway_of(owner, each) for each in names))
     gateways = {each: gateway_of(owner, each) for each in names}
