@@ -18,7 +18,7 @@ import yaml
 from bioscara.api.runtime import VARIABLE
 from bioscara.model.urdf import URDF
 from bioscara.remote import RemoteRobot
-from programs import LIMIT, environment, running, started, wait_for_line
+from programs import LIMIT, environment, running, started, wait_for_line, wait_until
 from ros_environment import ros_environment, ros_python
 from served import NAME
 
@@ -249,6 +249,10 @@ class Rig:
     def log(self) -> str:
         """Output of the nodes."""
         return (self.folder / "node.log").read_text()
+
+    def logged(self, text: str, before: str = "") -> None:
+        """Wait for a text in the output after that of before: a thread of the node writes it."""
+        wait_until(lambda: text in self.log.removeprefix(before), f"{text!r} in the log")
 
     @contextmanager
     def observed(self) -> Iterator[RemoteRobot]:

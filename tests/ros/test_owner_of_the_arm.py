@@ -65,10 +65,6 @@ def running(site: Rig) -> dict[str, int]:
         return {each.name: each.pid for each in owners()}
 
 
-def logged(site: Rig, text: str, before: str = "") -> None:
-    wait_until(lambda: text in site.log.removeprefix(before), f"{text!r} in the log")
-
-
 def aborted_in_time(ros: Ros, number: int | None, text: str) -> None:
     """Require that a goal is aborted within the time of the lease, for a reason."""
     begin = time.monotonic()
@@ -92,7 +88,7 @@ def test_a_description_of_another_arm_ends_the_node(site: Rig) -> None:
     text = URDF.read_text().replace('"reduction">35.0', '"reduction">34.0')
     with site.node(description=text) as node:
         wait_until(lambda: node.poll() is not None, "the end of the node")
-    assert "j1: <param> reduction is 34.0, and 35 in the parameters" in site.log
+    site.logged("j1: <param> reduction is 34.0, and 35 in the parameters")
 
 
 def test_rule_42_services_appear_with_the_description_and_a_second_one_is_ignored(
@@ -100,23 +96,23 @@ def test_rule_42_services_appear_with_the_description_and_a_second_one_is_ignore
 ) -> None:
     kind, topic, qos = "std_msgs/String", "/robot_description", "reliable latched depth=1"
     with site.node(description=""):
-        logged(site, "waiting for robot_description")
+        site.logged("waiting for robot_description")
         assert f"{MANAGER}/list_controllers" not in ros.do("graph")["services"]
         ros.do("publish", type=kind, topic=topic, message={"data": "<robot/>"}, qos=qos)
-        logged(site, "the description on the topic cannot be used")
+        site.logged("the description on the topic cannot be used")
         text = URDF.read_text()
         ros.do("publish", type=kind, topic=topic, message={"data": text}, qos=qos)
         assert ros.components().keys() == {"bioscara_arm", "bioscara_gripper_128"}
         ros.do("publish", type=kind, topic=topic, message={"data": text}, qos=qos)
         assert "another robot_description" not in site.log
         ros.do("publish", type=kind, topic=topic, message={"data": text + " "}, qos=qos)
-        logged(site, "another robot_description was published and is ignored")
+        site.logged("another robot_description was published and is ignored")
 
 
 def test_the_node_waits_for_an_owner_and_finds_the_next_one(empty: Rig) -> None:
     site = empty
     with site.node(), site.clients() as ros:
-        logged(site, "waiting: no owner of arm left runs")
+        site.logged("waiting: no owner of arm left runs")
         ros.do("listen", type="diagnostic_msgs/DiagnosticArray", topic="/diagnostics")
         with site.owner(*HALF) as first:
             energise(ros)
@@ -156,7 +152,7 @@ def test_the_lease_is_taken_for_commands_only_and_a_refusal_is_answered(
         other.acquire_lease()
         before = site.log
         assert not ros.manager("load_controller", name=VELOCITY)["ok"]
-        logged(site, f"cannot load '{VELOCITY}': ", before)
+        site.logged(f"cannot load '{VELOCITY}': ", before)
         assert not ros.hardware("bioscara_arm", "inactive")["ok"]
         answer = ros.switch((), [BROADCASTER])
         assert not answer["ok"]
@@ -292,7 +288,7 @@ def test_a_second_node_of_the_same_name_is_reported(site: Rig, ros: Ros) -> None
         ros.spawn(BROADCASTER)
         before = site.log
         with site.node():
-            logged(site, "another node is named /controller_manager", before)
+            site.logged("another node is named /controller_manager", before)
 
 
 def test_rule_69_with_a_bus_the_node_has_an_owner_of_its_own_as_long_as_it_runs(empty: Rig) -> None:
@@ -322,7 +318,7 @@ def test_the_owner_of_a_node_is_used_by_no_other_and_its_end_aborts_goals(empty:
         pid, before = running(site)["arm"], site.log
         with site.node("--bus", "sim") as other:
             assert other.wait(LIMIT) == 2
-        assert f"arm arm has an owner, process {pid} on sim; leave out --bus" in site.log
+        site.logged(f"arm arm has an owner, process {pid} on sim; leave out --bus")
         assert "connected to the owner" not in site.log.removeprefix(before)
         number = follow(ros, VELOCITY, SLOWLY)
         os.kill(pid, signal.SIGSTOP)
@@ -340,7 +336,7 @@ def test_an_owner_that_cannot_begin_ends_the_node(empty: Rig) -> None:
     site = empty
     with site.node("--bus", "linux:99") as node:
         assert node.wait(LIMIT) == 1
-    assert "the owner of the arm has ended with status" in site.log
+    site.logged("the owner of the arm has ended with status")
 
 
 def test_arguments_that_ros_refuses_are_one_sentence(empty: Rig) -> None:

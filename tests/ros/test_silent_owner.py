@@ -138,7 +138,7 @@ def test_a_position_that_was_streamed_long_ago_is_not_approached_any_more(
             ros.do("end_stream", topic=TOPIC)
             time.sleep(2.0 * PATIENCE)
         assert farthest(robot) < before + BRAKED
-    assert "and is dropped" in ros_rig.log
+    ros_rig.logged("and is dropped")
     assert ros.states()[STREAM] == "active"
 
 

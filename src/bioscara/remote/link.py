@@ -302,7 +302,7 @@ class OwnerLink:
         begin = now = time.monotonic()
         end = begin + timeout
         while now < end:
-            limit = min(end, max(begin, self._heard) + self._silence)
+            limit = min(end, max(begin, self._heard) + self._silence())
             if now >= limit:
                 return False
             if pending.come.wait(min(limit - now, _LOOK)):
@@ -330,25 +330,28 @@ class OwnerLink:
             pass
         directly(self._client, self._session)
 
-    @property
-    def _silence(self) -> float:
+    def _silence(self, *, reconnecting: bool = True) -> float:
         """How long the owner may be silent [s]; it always is without a subscription to samples."""
-        listening = self._subscription.states or self._subscription.controllers
-        # A connection that is made again has a time of its own.
-        connected = self._connection is not None
-        return self._transport.silence if listening and connected else math.inf
+        if not (self._subscription.states or self._subscription.controllers):
+            return math.inf
+        if reconnecting and self._connection is None:
+            return math.inf
+        return self._transport.silence
 
-    def require_heard(self) -> None:
+    def require_heard(self, *, reconnecting: bool = True) -> None:
         """Raise if the owner is silent for longer than it may be.
+
+        Args:
+            reconnecting: Whether it may be, while its connection is made again.
 
         Raises:
             OwnerLostError: It is.
         """
         silent = time.monotonic() - self._heard
-        if silent >= self._silence:
+        if silent >= self._silence(reconnecting=reconnecting):
             raise OwnerLostError(
-                f"the owner of arm {self.name} has been silent for {silent:.1f} s: it was stopped, "
-                "or its computer is overloaded"
+                f"the owner of arm {self.name} has been silent for {silent:.1f} s: it has ended, "
+                "was stopped, or its computer is overloaded"
             )
 
     def require(self) -> None:

@@ -186,10 +186,12 @@ class RemoteRobot(ArmMethods):
     def require_heard(self) -> None:
         """Raise if the owner has been silent for too long: 2 s, beyond a gateway 5 s.
 
+        This is also so while a broken connection is made again, for which calls wait longer.
+
         Raises:
             OwnerLostError: It has.
         """
-        self._link.require_heard()
+        self._link.require_heard(reconnecting=False)
 
     def acquire_lease(self, *, force: bool = False, timeout: float = 0.0) -> None:
         """Take the lease of the arm.

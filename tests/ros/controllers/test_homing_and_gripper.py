@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from programs import wait_until
 from ros.bringup_controllers import (
     BROADCASTER,
     GRIP,
@@ -65,10 +64,10 @@ def test_rule_71_gripper_goals_are_rejected_replaced_and_cancelled(ros: Ros, ros
     assert ros.set_parameters(f"/{GRIPPER}", velocity_limit=0.05)[0]["successful"]
     ros.spawn(GRIPPER)
     assert grip(ros) is None
-    assert "0 positions in the goal" in ros_rig.log
+    ros_rig.logged("0 positions in the goal")
     assert grip(ros, 0.05, 0.06) is None
     assert grip(ros, 0.5) is None
-    assert "position 0.5 m is outside" in ros_rig.log
+    ros_rig.logged("position 0.5 m is outside")
     assert closed(ros, grip(ros, 0.05))["status"] == SUCCEEDED
     first = grip(ros, 0.1)
     second = grip(ros, 0.05)
@@ -153,7 +152,7 @@ def test_what_is_refused_to_the_panel_is_in_log_and_diagnostics(ros: Ros, ros_ri
     ros.spawn(HOMING, active=False)
     assert not ros.switch([HOMING], strictness=1)["ok"]
     refused = "cannot switch: homing_controller cannot command j1/home: bioscara_arm is inactive; a"
-    assert refused in ros_rig.log
+    ros_rig.logged(refused)
     assert reported(ros, refused) >= 1
     energise(ros)
     reported(ros, refused, there=False)
@@ -165,7 +164,7 @@ def test_what_is_refused_to_the_panel_is_in_log_and_diagnostics(ros: Ros, ros_ri
         ("j3", 1.0, "j3 cannot be homed: j2 is "),
     ):
         home(ros, joint, command)
-        wait_until(lambda text=text: text in ros_rig.log, text)
+        ros_rig.logged(text)
     assert reported(ros, "homing_controller: cannot home: j3 cannot be homed: j2 is ") >= 1
     ros.do("silence", topic="/diagnostics")
 

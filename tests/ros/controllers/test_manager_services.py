@@ -67,12 +67,12 @@ def test_rule_44_load_takes_the_type_of_the_parameter_and_refuses_what_it_cannot
     assert load(ros, VELOCITY)
     assert ros.states() == {VELOCITY: "unconfigured"}
     assert not load(ros, VELOCITY)
-    assert f"a controller named {VELOCITY} is loaded already" in ros_rig.log
+    ros_rig.logged(f"a controller named {VELOCITY} is loaded already")
     assert not load(ros, "nameless")
-    assert "it has to be the parameter nameless.type of controller_manager" in ros_rig.log
+    ros_rig.logged("it has to be the parameter nameless.type of controller_manager")
     ros.set_parameters(MANAGER, odd__type="no_controller/NoController")
     assert not load(ros, "odd")
-    assert "no_controller/NoController" in ros_rig.log
+    ros_rig.logged("no_controller/NoController")
     assert f"/{VELOCITY}" in ros.do("graph")["nodes"]
 
 
@@ -100,7 +100,7 @@ def test_undeclared_parameters_files_and_arguments_of_a_spawner_reach_the_contro
     (listed,) = ros.manager("list_controllers")["controller"]
     assert listed["required_command_interfaces"] == ["j1/velocity", "j2/velocity"]
     assert listed["update_rate"] == 25
-    assert "of_others.gain: ignored" in ros_rig.log
+    ros_rig.logged("of_others.gain: ignored")
     # The fallback is checked at activation: it is not loaded.
     energise(ros)
     assert "fallback" in ros.switch(["fallen_back"])["message"]
@@ -108,7 +108,7 @@ def test_undeclared_parameters_files_and_arguments_of_a_spawner_reach_the_contro
     file.write_text(file.read_text() + "    of_nobody: 1.0\n")
     assert load(ros, "fallen_back")
     assert not configure(ros, "fallen_back")
-    assert "fallen_back: of_nobody is not a known parameter" in ros_rig.log
+    ros_rig.logged("fallen_back: of_nobody is not a known parameter")
     (refused,) = ros.set_parameters("/fallen_back", of_somebody=1.0)
     assert "of_somebody: a forward_command_controller" in refused["reason"]
 
@@ -116,7 +116,7 @@ def test_undeclared_parameters_files_and_arguments_of_a_spawner_reach_the_contro
 def test_a_file_that_is_missing_is_answered(ros: Ros, ros_rig: Rig) -> None:
     ros.set_parameters(MANAGER, other__type=FORWARD, other__params_file=["/nowhere/a.yaml"])
     assert not load(ros, "other")
-    assert "the node other cannot be made" in ros_rig.log
+    ros_rig.logged("the node other cannot be made")
     ros.set_parameters(MANAGER, other__params_file=[""])
     assert ros.states() == {}
 
@@ -280,14 +280,14 @@ def test_what_is_not_there_is_refused_with_a_sentence(ros: Ros, ros_rig: Rig) ->
         before = ros_rig.log
         assert ros.set_parameters(f"/{POSITION}", **{name: value})[0]["successful"]
         assert not configure(ros, POSITION)
-        assert sentence in ros_rig.log.removeprefix(before)
+        ros_rig.logged(sentence, before)
         assert ros.manager("unload_controller", name=POSITION)["ok"]
 
 
 def test_rule_45_parameters_may_come_after_the_load(ros: Ros, ros_rig: Rig) -> None:
     ros.set_parameters(MANAGER, late__type=FORWARD)
     assert load(ros, "late")
-    assert "joints" in ros_rig.log
+    ros_rig.logged("joints")
     assert ros.states() == {"late": "unconfigured"}
     assert not configure(ros, "late")
     assert ros.manager("cleanup_controller", name="late")["ok"]
