@@ -63,6 +63,10 @@ def home_together(joints: Sequence[Joint]) -> None:
     for joint in joints:
         joint.enable()
     for joint in joints:
+        joint.stop()
+    # While one waited for its rest, the others would not be kept alive.
+    joints[0].clock.sleep_until(joints[0].clock.now() + 0.6)
+    for joint in joints:
         joint.start_homing()
     moving = list(joints)
     while moving:

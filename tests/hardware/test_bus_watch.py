@@ -65,6 +65,13 @@ def test_half_of_all_frames_lost_is_no_stuck_bus() -> None:
     assert world.supervisor.faults[0].kind is FaultKind.JOINT_LOST
 
 
+def write_twice(world: World) -> None:
+    """Send the commands of a cycle, and continue what has waited for its end."""
+    world.hardware.write(world.clock.now(), 0.01)
+    world.arm.run(0.01)
+    world.hardware.write(world.clock.now(), 0.01)
+
+
 def test_a_joint_whose_homing_is_not_answered_is_lost_and_the_others_are_asked() -> None:
     world = World(home=False)
     arm = world.hardware
@@ -72,14 +79,14 @@ def test_a_joint_whose_homing_is_not_answered_is_lost_and_the_others_are_asked()
     arm.perform_command_mode_switch(("j2/home",), ())
     arm.commands["j2/home"].value = 1.0
     world.bus.stuck(When(address=0x12), recognised=False)
-    arm.write(world.clock.now(), 0.01)
+    write_twice(world)
     (problem,) = arm.problems
     assert isinstance(problem, JointLostError)
     assert problem.joint == "j2"
     world.bus.stuck(recognised=False)
     arm.problems.clear()
     arm.commands["j2/home"].value = 1.0
-    arm.write(world.clock.now(), 0.01)
+    write_twice(world)
     (problem,) = arm.problems
     assert isinstance(problem, BusStuckError)
 
@@ -101,7 +108,7 @@ def test_the_last_joint_that_is_asked_shows_that_the_bus_works() -> None:
     arm.commands["j2/home"].value = 1.0
     for address in (0x11, 0x12, 0x13):
         world.bus.stuck(When(address=address), recognised=False)
-    arm.write(world.clock.now(), 0.01)
+    write_twice(world)
     (problem,) = arm.problems
     assert isinstance(problem, JointLostError)
     assert problem.joint == "j2"

@@ -213,7 +213,7 @@ def test_rule_65_deactivation_stops_all_joints_before_it_waits_for_the_first(v1:
     cycles(world, arm, 60)
     before = {name: world.arm.position(name) for name in speeds}
     arm.deactivate()
-    world.arm.run(0.1)
+    world.arm.run(0.2)
     for name, speed in speeds.items():
         braking = speed**2 / (2.0 * arm.limits[name].max_acceleration)
         assert abs(world.arm.position(name) - before[name]) < braking + 0.02 * abs(speed)

@@ -345,7 +345,7 @@ class ArmHardware(HardwareComponent):
             if leaving and axis.halted is None:
                 try:
                     axis.joint.stop()
-                    axis.homing.running = False
+                    axis.homing.abandon()
                 except BioscaraError as error:
                     cause = self._cause(axis, error)
                     if axis.homing.running or isinstance(cause, BusStuckError):
@@ -368,7 +368,8 @@ class ArmHardware(HardwareComponent):
 
     def _end_modes(self) -> None:
         for axis in self.axes:
-            axis.mode, axis.homing.running = Mode.NONE, False
+            axis.mode = Mode.NONE
+            axis.homing.abandon()
             # Its last answer does not hold after the change of mode, so it is read again.
             axis.answered = False
 

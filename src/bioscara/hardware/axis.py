@@ -112,7 +112,8 @@ class Axis:
         self.halted = reason
         # A lost joint stops autonomously, one of version 1 may not: it is stopped once reachable.
         lost = isinstance(reason, JointLostError | BusStuckError) and self.joint.version == 1
-        self.homing.running = self.homing.running and lost
+        if not lost:
+            self.homing.abandon()
         if self.mode is Mode.HOME:
             self.home_command.value, self.home_command.problem = 0.0, reason
         return True

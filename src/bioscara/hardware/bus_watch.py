@@ -8,6 +8,7 @@ from contextlib import suppress
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import acknowledges, line_of
+from bioscara.drivers.link.errors import MAY_MOVE
 from bioscara.errors import (
     BioscaraError,
     BusStuckError,
@@ -41,15 +42,21 @@ class BusWatch:
         self.line = line_of(bus)
 
     def stuck(self, *, lost: bool) -> BusStuckError | None:
-        """Return the stuck bus that the exchanges of a cycle show, or None; sends nothing.
+        """Return the stuck bus that the exchanges of a cycle show, or None.
+
+        Nothing is sent to find that out, unless exchanges with some joints alone took so long that
+        all others have stopped: these are asked then, as by :meth:`cause`.
 
         Args:
             lost: Whether a joint has failed for as many cycles as are bridged.
         """
         line = self.line
         expected = self._expected()
-        if len(expected) < 2 or not line.addresses.issuperset(expected):
+        if len(expected) < 2:
             return None
+        if not line.addresses.issuperset(expected):
+            silent = line.in_a_row and self._clock.now() - line.since >= SILENCE
+            return self._ask_others() if silent else None
         if line.stuck is None:
             # Joints that answered nothing for so long have stopped autonomously, so nothing is
             # bridged.
@@ -142,6 +149,9 @@ class BusWatch:
         if reopened:
             text += f"; re-opening the adapter {reopened} times did not help"
         text += "; a joint, a cable or a short holds a line low"
+        if original := ", ".join(axis.name for axis in self._axes if axis.joint.session.original):
+            # Nothing stops a move to a position, and one that holds the clock does so until then.
+            text += f"; {original} {MAY_MOVE}"
         return BusStuckError(
             text,
             line.first,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from bioscara.clock import Clock
+from bioscara.clock import Clock, Waits
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, HomingError, InvalidArgumentError
 from bioscara.protocol import Flags
@@ -22,17 +22,22 @@ class Homing:
         current: Drive current, likewise [%]; None for the configured one.
     """
 
-    __slots__ = ("_clock", "_deadline", "_joint", "_pending", "current", "running", "sensitivity")
+    __slots__ = (
+        "_clock", "_deadline", "_due", "_joint", "_start", "current", "running", "sensitivity",
+    )  # fmt: skip
 
     def __init__(self, joint: Joint, clock: Clock) -> None:
         self._joint, self._clock = joint, clock
-        self._deadline, self._pending = math.inf, math.nan
+        self._start: Waits | None = None
+        self._due, self._deadline = -math.inf, math.inf
         self.running = False
         self.sensitivity: int | None = None
         self.current: int | None = None
 
     def start(self, direction: float) -> None:
-        """Begin to seek the end stop; the joint is enabled first if necessary.
+        """Begin to seek the end stop; the joint is enabled, and brought to rest, first.
+
+        The cycle does not wait for that: :meth:`watch` continues it.
 
         Args:
             direction: Its sign is the direction; the speed is the configured one.
@@ -47,16 +52,13 @@ class Homing:
             )
         # If only the answer is lost, the joint moves.
         self.running = True
-        if self._joint.session.may_still_home:
-            # A version 1 joint may still be in the previous homing. The cycle does not wait for it.
-            self._pending = direction
-            return
-        self._joint.start_homing(
+        self._due = -math.inf
+        self._start = self._joint.starting_homing(
             math.copysign(self._joint.parameters.homing.velocity, direction),
             sensitivity=self.sensitivity,
             current=self.current,
         )
-        self._deadline = self._clock.now() + self._joint.homing_timeout
+        self._continue()
 
     def watch(self) -> bool:
         """Keep it alive; return whether it is still running.
@@ -65,13 +67,11 @@ class Homing:
             HomingError: It ended without a trustworthy home.
             CommunicationError: The joint does not answer.
         """
-        if math.isfinite(self._pending):
-            if not self._joint.session.may_still_home:
-                direction, self._pending = self._pending, math.nan
-                self.start(direction)
-            return True
         if self._joint.session.paused:
             # A version 1 joint has not taken the command yet. The cycle does not wait for it.
+            return True
+        if self._start is not None:
+            self._continue()
             return True
         if self._joint.keep_alive() & Flags.BUSY:
             if self._clock.now() < self._deadline:
@@ -93,6 +93,17 @@ class Homing:
         self._joint.post_homing()
         return False
 
+    def _continue(self) -> None:
+        """Continue the start where its wait is over."""
+        if self._start is None or self._clock.now() < self._due:
+            return
+        start, self._start = self._start, None
+        due = next(start, None)
+        if due is None:
+            self._deadline = self._clock.now() + self._joint.homing_timeout
+        else:
+            self._start, self._due = start, due
+
     def stop_lost(self) -> None:
         """Try to end it on a joint that was lost during homing; the cycle does not wait for it.
 
@@ -108,6 +119,17 @@ class Homing:
         Raises:
             CommunicationError: The joint did not receive it and may still be moving.
         """
-        self._pending = math.nan
+        self._interrupt_start()
         self._joint.stop()
         self.running = False
+
+    def abandon(self) -> None:
+        """Forget it: the joint was stopped, or is not supervised any more."""
+        self._interrupt_start()
+        self.running = False
+
+    def _interrupt_start(self) -> None:
+        start, self._start = self._start, None
+        if start is not None:
+            # If it was enabling the joint, it stops it.
+            start.close()

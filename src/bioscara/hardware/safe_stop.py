@@ -7,6 +7,7 @@ from contextlib import ExitStack
 
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, JointResetError, NotInitializedError
+from bioscara.protocol import Flags
 
 
 def stop_and_disable(joints: Sequence[Joint]) -> list[str]:
@@ -55,9 +56,11 @@ def _perform(joint: Joint, step: Callable[[], None], risk: str, problems: list[s
         if joint.may_be_energised and joint.version == 0:
             joint.init()
         step()
-    except JointResetError:
-        # It is off.
-        joint.may_be_energised = False
+    except JointResetError as error:
+        # It is off, unless SETUP found the restart: then the driver has tried to release it.
+        joint.settings.may_be_energised = not joint.session.flags & Flags.NOTENABLED
+        if joint.may_be_energised:
+            problems.append(f"{joint.name} {risk}: {error}")
     except NotInitializedError:
         # It was never initialised, so it was never on, or it was released before ``deinit``.
         return

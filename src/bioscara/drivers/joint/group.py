@@ -93,7 +93,7 @@ def track(
             continue
         try:
             joint.readiness.require_ready()
-        except JointError as error:
+        except (CommunicationError, JointError) as error:
             outcomes[index] = error
         frames.append(())
     return _exchange(joints, frames, outcomes, retry)
@@ -144,7 +144,7 @@ def drive(
         except LimitError as error:
             refused[index] = error
             frames.append(joint.cycle.stop())
-        except JointError as error:
+        except (CommunicationError, JointError) as error:
             outcomes[index] = error
             frames.append(())
         else:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from bioscara.arguments import number, whole
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.limits import SetpointLimits, check_limit
+from bioscara.drivers.joint.rest import Rest
 from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.link.session import Session
 from bioscara.errors import HomingSpeedError, InvalidArgumentError
@@ -67,18 +68,21 @@ def _checked(what: str, value: int, limits: tuple[int, int], unit: str) -> int:
 class HomingProcedure:
     """The steps of one homing, in the order of the methods."""
 
-    __slots__ = ("_approach", "_feedback", "_limits", "_parameters", "_session", "_settings")
+    __slots__ = (
+        "_approach", "_feedback", "_limits", "_parameters", "_rest", "_session", "_settings",
+    )  # fmt: skip
 
     def __init__(
         self,
         session: Session,
         feedback: EncoderFeedback,
+        rest: Rest,
         settings: Settings,
         limits: SetpointLimits,
         parameters: JointParameters,
     ) -> None:
         self._session, self._feedback = session, feedback
-        self._settings, self._limits = settings, limits
+        self._rest, self._settings, self._limits = rest, settings, limits
         self._parameters = parameters
         homing = parameters.homing
         self._approach = Approach(homing.velocity, homing.threshold, homing.current_percent)
@@ -124,14 +128,14 @@ class HomingProcedure:
         )
 
     def prepare(self, approach: Approach) -> None:
-        """Erase the previous home and set the acceleration of the approach.
+        """Erase the previous home and set the acceleration of the approach, of a joint at rest.
 
         Args:
             approach: Result of :meth:`check`.
         """
         self._feedback.erase_offset()
         if not self._firmware_sets_speed():
-            self._settings.set_max_acceleration(self._parameters.homing.acceleration)
+            self._rest.set_acceleration(self._parameters.homing.acceleration)
         self._approach = approach
 
     def start(self) -> None:
@@ -151,13 +155,13 @@ class HomingProcedure:
     def restore_acceleration(self) -> None:
         """Set the configured acceleration again; at that of the approach a stop takes seconds."""
         if not self._firmware_sets_speed():
-            self._settings.set_max_acceleration(self._parameters.max_acceleration)
+            self._rest.set_acceleration(self._parameters.max_acceleration)
 
     def complete(self) -> None:
         """Make the end stop that was touched the joint's home, and restore its acceleration."""
         upwards = self._approach.velocity > 0.0
         self._feedback.store_offset(self._parameters.upper if upwards else self._parameters.lower)
-        self._settings.set_max_acceleration(self._parameters.max_acceleration)
+        self._rest.set_acceleration(self._parameters.max_acceleration)
 
     def _firmware_sets_speed(self) -> bool:
         """Return whether the firmware chooses the approach speed, and thereby the acceleration."""

@@ -24,10 +24,10 @@ from bioscara.drivers.joint.monitor import (
     not_busy,
 )
 from bioscara.drivers.joint.readiness import Readiness
+from bioscara.drivers.joint.rest import STOP_HARD, STOP_SOFT, Rest
 from bioscara.drivers.joint.sample import FLAGS, JointSample, Setpoint
 from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.joint.transmission import DEG_PER_MICROSTEP
-from bioscara.drivers.link.errors import fault_error
 from bioscara.drivers.link.joint_reports import ExceptionReport, FaultReport, Hello
 from bioscara.drivers.link.session import Session
 from bioscara.errors import (
@@ -51,7 +51,6 @@ from bioscara.protocol import WATCHDOG_MS, BrakeMode, Capability, Fault, Flags, 
 _ORIENTATION_TIMEOUT = 5.0
 """Time limit of the orientation check [s]."""
 _ORIENTATION_MAX_DEG = 10.0
-_STOP_HARD, _STOP_SOFT = 0, 1
 _MOVE_MARGIN = 2.0
 """Time that a move may take beyond twice its expected duration [s]."""
 _STEPS_MAX = 2**31 - 1
@@ -80,8 +79,6 @@ class Joint:
         limits: Checks of its setpoints.
         readiness: Preconditions of its motions.
         cycle: Its part of a control cycle, for :mod:`bioscara.drivers.joint.group`.
-        may_be_energised: Whether the motor was enabled, or found enabled, and was not observed to
-            be disabled since; outlives the session.
     """
 
     def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
@@ -90,14 +87,14 @@ class Joint:
             bus, clock, parameters.name, parameters.number, parameters.address
         )
         self.feedback = EncoderFeedback(session, clock, parameters)
-        self.settings = Settings(session, parameters)
+        self._monitor = MotionMonitor(session, self.feedback, clock, parameters)
+        self._rest = Rest(session, self.feedback, self._monitor, clock, parameters)
+        self.settings = Settings(session, self._rest, clock, parameters)
         self.limits = SetpointLimits(parameters)
         self.readiness = Readiness(parameters.name, session, self.feedback)
         self.cycle = CyclicExchange(session, self.feedback, self.readiness, parameters)
-        self.may_be_energised = False
-        self._monitor = MotionMonitor(session, self.feedback, self.settings, clock, parameters)
         self._homing = HomingProcedure(
-            session, self.feedback, self.settings, self.limits, parameters
+            session, self.feedback, self._rest, self.settings, self.limits, parameters
         )
 
     def __repr__(self) -> str:
@@ -131,13 +128,18 @@ class Joint:
         """The newest sample; of quality UNKNOWN before there was one."""
         return self.feedback.last
 
+    @property
+    def may_be_energised(self) -> bool:
+        """Whether the motor may have current, see :class:`Settings`; outlives the session."""
+        return self.settings.may_be_energised
+
     # Identity and session.
 
     def init(self) -> None:
         """Identify the joint and open a session; a joint that is still homed stays homed.
 
-        Nothing moves. May be called again at any time, and must be after a
-        :class:`JointResetError`.
+        Nothing begins to move; a version 1 joint is stopped. May be called again at any time, and
+        must be after a :class:`JointResetError`.
 
         Raises:
             CommunicationError: The joint does not answer.
@@ -149,13 +151,14 @@ class Joint:
         self.session.open()
         self.cycle.renew()
         if not self.session.flags & Flags.NOTENABLED:
-            self.may_be_energised = True
-        if not self.session.flags & Flags.NOTHOMED:
-            try:
+            self.settings.may_be_energised = True
+        try:
+            self._rest.begin()
+            if not self.session.flags & Flags.NOTHOMED:
                 self.feedback.adopt_offset()
-            except BioscaraError:
-                self.session.close()
-                raise
+        except BioscaraError:
+            self.session.close()
+            raise
 
     def deinit(self) -> None:
         """Release the joint; nothing is sent, so disable it first."""
@@ -323,7 +326,8 @@ class Joint:
     def clear_stall(self) -> None:
         """Clear a stall that the joint detected, so that it accepts motions again; nothing moves.
 
-        Remove the obstacle first. The joint stays enabled if it was, and stall detection is on
+        Remove the obstacle first. A version 1 joint is waited for, whose ramp runs on for up to
+        half a second. The joint stays enabled if it was, and stall detection is on
         afterwards, in a version 1 joint with the configured threshold. A joint that did not stall
         is left as it is, also one with another latched fault.
 
@@ -335,15 +339,13 @@ class Joint:
             if self.get_fault().fault == Fault.STALL.name:
                 self.clear_fault(Fault.STALL.name)
         elif self.is_stalled():
+            wait_through(self.clock, self._rest.coming("the stall is cleared"))
             # Original firmware does not execute CLEARSTALL.
             self.settings.enable_stallguard()
 
     def raise_fault(self) -> None:
         """Raise the latched fault, if the joint's last flags show one."""
-        if self.version == 2 and self.session.flags & Flags.FAULT:
-            report = self.get_fault()
-            if report.fault != Fault.NONE.name:
-                raise fault_error(self.name, report)
+        self.readiness.raise_fault()
 
     # Motor.
 
@@ -389,11 +391,11 @@ class Joint:
                 f"{self.name} {what} current", percent, 1, 100, "%", "disable() switches it off"
             )
         settings.check_acceleration(parameters.max_acceleration)
-        if self.version == 2:
-            # A joint that restarted would engage, and report the restart in the same answer.
-            self.session.read(Register.PING)
+        # Its first frame also shows whether the joint restarted, before it engages.
+        yield from self._rest.coming("it is enabled")
+        self.readiness.raise_fault()
         # If only the answer is lost, the motor is enabled.
-        self.may_be_energised = True
+        settings.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
         yield from self._supervised(not_busy, _ORIENTATION_TIMEOUT, "enabling")
         if self.session.flags & Flags.NOTENABLED:
@@ -401,7 +403,7 @@ class Joint:
             raise NotEnabledError(f"{self.name}: the motor did not engage", self.name)
         if parameters.stall_threshold:
             settings.enable_stallguard()
-        settings.set_max_acceleration(parameters.max_acceleration)
+        self._rest.set_acceleration(parameters.max_acceleration)
         settings.set_max_velocity(parameters.max_velocity)
 
     def disable(self) -> None:
@@ -417,13 +419,14 @@ class Joint:
     def disabling(self) -> Waits:
         """Run :meth:`disable` up to each of its waits; errors as there."""
         self.session.require_open()
-        waits_for_rest = partial(self._monitor.waits_for_rest, "disable")
+        settings = self.settings
+        waits_for_rest = partial(self._rest.coming, "it is released")
         steps: tuple[Callable[[], Waits | None], ...] = (
             self.stop,
             waits_for_rest,
-            partial(self.settings.set_hold_current, 0),
-            partial(self.settings.set_drive_current, 0),
-            partial(self.settings.set_brake_mode, BrakeMode.FREEWHEEL),
+            partial(settings.set_hold_current, 0),
+            partial(settings.set_drive_current, 0),
+            partial(settings.set_brake_mode, BrakeMode.FREEWHEEL),
         )
         if self.version == 2:
             # A version 2 joint removes the current once the rotor no longer oscillates.
@@ -436,7 +439,7 @@ class Joint:
                 problem = problem or error
         if problem is not None:
             raise problem
-        self.may_be_energised = False
+        settings.may_be_energised = False
 
     def stop(self, *, hard: bool = False) -> None:
         """Ramp down and hold; ends a blocking command. Never refused because of the joint's state.
@@ -455,7 +458,7 @@ class Joint:
                 self._homing.restore_acceleration()
         self.readiness.blocking = Register.NONE
         flag(f"{self.name} hard", hard)
-        self.session.stop(_STOP_HARD if hard else _STOP_SOFT)
+        self.session.stop(STOP_HARD if hard else STOP_SOFT)
 
     def keep_alive(self) -> Flags:
         """Feed the watchdog of a joint in an autonomous motion; return its flags."""
@@ -532,13 +535,25 @@ class Joint:
             InvalidArgumentError: The velocity is zero, or another value is not whole.
             LimitError: The velocity is faster than the joint, another value is outside its limits,
                 or original firmware does not accept the configured homing acceleration.
-            IncorrectStateError: A blocking command is running.
+            IncorrectStateError: A blocking command is running, or the joint did not come to rest.
         """
+        waits = self.starting_homing(velocity, sensitivity=sensitivity, current=current)
+        wait_through(self.clock, waits)
+
+    def starting_homing(
+        self,
+        velocity: float | None = None,
+        *,
+        sensitivity: int | None = None,
+        current: int | None = None,
+    ) -> Waits:
+        """Run :meth:`start_homing` up to each of its waits; arguments and errors as there."""
         homing, readiness = self._homing, self.readiness
         readiness.require_idle()
         approach = homing.check(velocity, sensitivity, current)
         if self.session.flags & (Flags.NOTENABLED | Flags.STALL):
-            self.enable()
+            yield from self.enabling()
+        yield from self._rest.coming("it is homed")
         homing.prepare(approach)
         readiness.blocking = Register.HOME
         try:
@@ -703,6 +718,7 @@ class Joint:
         # The original driver took degrees.
         remedy = "it is given in rad: 10 degrees are 0.17453"
         check_limit(what, angle_deg, 0.0, _ORIENTATION_MAX_DEG, "deg", remedy)
+        wait_through(self.clock, self._rest.coming("the check of its orientation"))
         self.readiness.blocking = Register.CHECKORIENTATION
         try:
             self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)
@@ -754,7 +770,7 @@ class Joint:
             with suppress(CommunicationError, JointError):
                 self.stop()
                 if isinstance(reason, MotionCancelledError):
-                    self._monitor.wait_for_rest(what)
+                    wait_through(self.clock, self._rest.coming(f"the end of {what}"))
             raise
 
     def _homing_error(self) -> HomingError:

@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable
 
 from bioscara.arguments import function
-from bioscara.clock import Clock, Waits, wait_through
+from bioscara.clock import Clock, Waits
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.sample import JointSample
-from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.joint.transmission import DEG_PER_MICROSTEP
 from bioscara.drivers.link.session import Session
 from bioscara.errors import IncorrectStateError, MotionCancelledError
@@ -40,24 +39,21 @@ _FAILED = int(Flags.STALL | Flags.NOTENABLED)
 _INTERVAL = {1: 0.05, 2: 0.02}
 """Time between two keep-alive frames [s]: a third of the joint's limit in version 2 (60 ms), a
 fifth of what our firmware allows in version 1 (250 ms). Original firmware needs none."""
-_REST_MARGIN = 1.0
-"""Time beyond its ramp that a joint may take to come to rest [s]."""
 
 
 class MotionMonitor:
     """Polls one joint until its motion has ended."""
 
-    __slots__ = ("_clock", "_feedback", "_parameters", "_session", "_settings")
+    __slots__ = ("_clock", "_feedback", "_parameters", "_session")
 
     def __init__(
         self,
         session: Session,
         feedback: EncoderFeedback,
-        settings: Settings,
         clock: Clock,
         parameters: JointParameters,
     ) -> None:
-        self._session, self._feedback, self._settings = session, feedback, settings
+        self._session, self._feedback = session, feedback
         self._clock, self._parameters = clock, parameters
 
     def waits_for(
@@ -104,15 +100,6 @@ class MotionMonitor:
                     f"{name}: {what} did not end within {timeout:.3g} s", name
                 )
 
-    def wait_for_rest(self, what: str) -> None:
-        """Wait until a joint that is ramping down is at rest; raises as :meth:`wait_for`."""
-        wait_through(self._clock, self.waits_for_rest(what))
-
-    def waits_for_rest(self, what: str) -> Waits:
-        """Run :meth:`wait_for_rest` up to each of its waits."""
-        timeout = self._parameters.max_velocity / self._settings.max_acceleration + _REST_MARGIN
-        return self.waits_for(self.at_rest(), timeout, f"ramping down after {what}")
-
     def at_rest(self) -> Done:
         """Return the test for standstill: its state; in version 1 three consistent samples."""
         session, feedback = self._session, self._feedback
@@ -122,7 +109,8 @@ class MotionMonitor:
         def resting(sample: JointSample) -> bool:
             nonlocal count, before
             if session.version == 2:
-                return sample.state in REST
+                # Busy without power: its field still turns.
+                return sample.state in REST and not_busy(sample)
             moved, before = abs(feedback.encoder_deg - before), feedback.encoder_deg
             count = count + 1 if abs(sample.velocity) < slow and moved <= STILL_DEG else 0
             return count >= 2

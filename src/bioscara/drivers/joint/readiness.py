@@ -1,19 +1,21 @@
-"""Preconditions of a motion: session open, motor enabled, homed, no blocking command."""
+"""Preconditions of a motion: session open, no fault, motor enabled, homed, no blocking command."""
 
 from __future__ import annotations
 
 from bioscara.drivers.joint.feedback import EncoderFeedback
+from bioscara.drivers.link.errors import fault_error
+from bioscara.drivers.link.joint_reports import FaultReport
 from bioscara.drivers.link.session import Session
 from bioscara.errors import IncorrectStateError, NotEnabledError, NotHomedError, StalledError
-from bioscara.protocol import Flags, Register
+from bioscara.protocol import Fault, Flags, Register
 
 # A plain number: an operation on an IntFlag costs more than the rest of an exchange.
-_OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
+_OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED | Flags.FAULT)
 _NONE = Register.NONE
 
 
 class Readiness:
-    """Whether one joint can move, by the flags in its last answer; nothing is sent.
+    """Whether one joint can move, by the flags in its last answer; only its fault is requested.
 
     Attributes:
         blocking: The blocking command that was started here and has not ended.
@@ -42,8 +44,8 @@ class Readiness:
             homed: Whether it must be homed.
 
         Raises:
-            NotInitializedError, JointResetError, NotEnabledError, NotHomedError, StalledError,
-            IncorrectStateError: The condition that prevents a motion.
+            NotInitializedError, JointResetError, JointFaultError, StalledError, NotEnabledError,
+            NotHomedError, IncorrectStateError: The condition that prevents a motion.
         """
         self.require_idle()
         name, flags = self._name, self._session.flags
@@ -55,13 +57,25 @@ class Readiness:
         if homed and (flags & Flags.NOTHOMED or not self._feedback.offset_known):
             raise NotHomedError(f"{name}: it is not homed; home() first", name)
 
+    def raise_fault(self) -> None:
+        """Raise the latched fault, if the last flags of a version 2 joint show one."""
+        if self._session.version == 2 and self._session.flags & Flags.FAULT:
+            report = FaultReport.from_answer(self._session.read(Register.FAULT))
+            if report.fault != Fault.NONE.name:
+                raise fault_error(self._name, report)
+
     def require_idle(self) -> None:
-        """Raise unless the joint was initialised and runs no blocking command.
+        """Raise unless the joint was initialised, has no fault and runs no blocking command.
+
+        A fault comes first: it has disabled the joint, and ended a command that is not completed.
 
         Raises:
-            NotInitializedError, JointResetError, IncorrectStateError: The reason.
+            NotInitializedError, JointResetError, JointFaultError, StalledError,
+            IncorrectStateError: The reason.
+            CommunicationError: The joint did not answer which fault it has.
         """
         self._session.require_open()
+        self.raise_fault()
         if self.blocking is not Register.NONE:
             raise IncorrectStateError(
                 f"{self._name}: {self.blocking.name} is running; let it end or stop() it",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from bioscara.arguments import number, shown, whole
+from bioscara.clock import Clock, wait_through
 from bioscara.drivers.joint.limits import check_limit
+from bioscara.drivers.joint.rest import Rest
 from bioscara.drivers.joint.transmission import Transmission
 from bioscara.drivers.link.original import ACCELERATION_DEG
 from bioscara.drivers.link.session import Session
@@ -16,15 +18,24 @@ class Settings:
     """Currents, speed and acceleration limits, stall detection and brake of one joint.
 
     Attributes:
-        max_acceleration: The acceleration that was set last [rad/s^2 or m/s^2].
         max_velocity: The maximum velocity that was set last [rad/s or m/s].
+        may_be_energised: Whether the motor was given a current, or found enabled, and was not
+            observed to be disabled since; outlives the session.
     """
 
-    def __init__(self, session: Session, parameters: JointParameters) -> None:
-        self._session, self._parameters = session, parameters
+    def __init__(
+        self, session: Session, rest: Rest, clock: Clock, parameters: JointParameters
+    ) -> None:
+        self._session, self._rest, self._clock = session, rest, clock
+        self._parameters = parameters
         self._transmission = Transmission(parameters.reduction)
-        self.max_acceleration = parameters.max_acceleration
         self.max_velocity = parameters.max_velocity
+        self.may_be_energised = False
+
+    @property
+    def max_acceleration(self) -> float:
+        """The acceleration that was set last [rad/s^2 or m/s^2]."""
+        return self._rest.acceleration
 
     def set_drive_current(self, percent: int) -> None:
         """Set the motor current in motion; our firmware engages no disabled joint with it.
@@ -35,7 +46,7 @@ class Settings:
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
         """
-        self._session.write(Register.SETCURRENT, self._percent("drive current", percent))
+        self._set_current(Register.SETCURRENT, self._percent("drive current", percent))
 
     def set_hold_current(self, percent: int) -> None:
         """Set the motor current at standstill; our firmware engages no disabled joint with it.
@@ -48,7 +59,7 @@ class Settings:
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
         """
-        self._session.write(Register.SETHOLDCURRENT, self._percent("hold current", percent))
+        self._set_current(Register.SETHOLDCURRENT, self._percent("hold current", percent))
 
     def set_brake_mode(self, mode: BrakeMode) -> None:
         """Set the behaviour of the motor at standstill when its hold current is zero.
@@ -61,10 +72,14 @@ class Settings:
                 f"{self._parameters.name} brake mode: {shown(mode)} is none of "
                 f"{', '.join(map(str, BrakeMode))}"
             )
+        if mode == BrakeMode.HARD_BRAKE:
+            self._energising()
         self._session.write(Register.SETBRAKEMODE, BrakeMode(mode))
 
     def set_max_acceleration(self, acceleration: float) -> None:
-        """Set the acceleration and deceleration that the joint uses.
+        """Set the acceleration and deceleration that the joint uses; it is brought to rest first.
+
+        That takes up to its ramp from full speed and 1 s.
 
         Args:
             acceleration: Above zero and at most the configured one [rad/s^2 or m/s^2].
@@ -72,11 +87,15 @@ class Settings:
         Raises:
             LimitError, InvalidArgumentError: It is above, or not above zero, or original firmware
                 would take another value instead.
+            IncorrectStateError: The joint did not come to rest.
         """
         acceleration = self.check_acceleration(acceleration)
-        deg = self._transmission.size_to_deg(acceleration)
-        self._session.write(Register.SETMAXACCELERATION, deg)
-        self.max_acceleration = acceleration
+        positioned = self._session.timing.in_position_mode
+        wait_through(self._clock, self._rest.coming("the acceleration is set"))
+        self._rest.set_acceleration(acceleration)
+        if positioned and not self._session.timing.in_position_mode:
+            # It was stopped, which is velocity mode, and refuses a maximum velocity there.
+            self._session.write(Register.MOVESTEPS, 0)
 
     def set_max_velocity(self, velocity: float) -> None:
         """Set the maximum speed of the joint.
@@ -163,6 +182,16 @@ class Settings:
                 name,
                 "enable(), or set_position() at its present position, first",
             )
+
+    def _set_current(self, register: Register, percent: int) -> None:
+        if percent:
+            self._energising()
+        self._session.write(register, percent)
+
+    def _energising(self) -> None:
+        """Record that a setting may energise the motor: original firmware does not ask its flag."""
+        if self._session.version == 1:
+            self.may_be_energised = True
 
     def _percent(self, what: str, value: int) -> int:
         what = f"{self._parameters.name} {what}"

@@ -36,6 +36,10 @@ _STATE = frozenset(
 )
 
 
+MAY_MOVE = "may be moving; switch the arm's power off, then on"
+"""What to do where a joint with original firmware may hold the bus."""
+
+
 def fault_error(joint: str, report: FaultReport) -> JointError:
     """Return the latched fault of ``joint`` as an exception; a stall as a StalledError."""
     if report.fault == Fault.STALL.name:
@@ -92,13 +96,27 @@ def exchange_failed(outcome: object) -> TypeGuard[CommunicationError]:
 
 
 def named_error(
-    joint: str, address: int, register: Register, error: BioscaraError, tries: int
+    joint: str,
+    address: int,
+    register: Register,
+    error: BioscaraError,
+    tries: int,
+    held: bool = False,
 ) -> BioscaraError:
-    """Return a bus ``error`` with joint, address and register added; a joint's error unchanged."""
+    """Return a bus ``error`` with joint, address and register added; a joint's error unchanged.
+
+    Args:
+        joint: Name of the joint.
+        address: Its address.
+        register: What was requested.
+        error: The error.
+        tries: Number of tries.
+        held: Whether a joint with original firmware may hold the bus.
+    """
     if not isinstance(error, CommunicationError) or isinstance(error, RefusedError):
         return error
-    return type(error)(
+    text = (
         f"{joint} ({address:#04x}), {register.name}: {error} "
-        f"({tries} {'tries' if tries > 1 else 'try, not repeated: it may have been executed'})",
-        address,
+        f"({tries} {'tries' if tries > 1 else 'try, not repeated: it may have been executed'})"
     )
+    return type(error)(f"{text}; it {MAY_MOVE}" if held else text, address)

@@ -12,6 +12,7 @@ to every version 1 joint.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 from bioscara.bus import Bus
@@ -38,7 +39,10 @@ to it (:mod:`bioscara.drivers.link.handshake`)."""
 _TO_POSITION = (WRITE[Register.SETUP], WRITE[Register.MOVETOANGLE], WRITE[Register.MOVESTEPS])
 _TO_VELOCITY = (WRITE[Register.SETRPM], WRITE[Register.STOP], _HOME)
 _AFTER_HOME = (*_DEFERRED, WRITE[Register.MOVESTEPS])
-_MOVE = WRITE[Register.MOVETOANGLE]
+_MOVE, _STOP, _RPM = WRITE[Register.MOVETOANGLE], WRITE[Register.STOP], WRITE[Register.SETRPM]
+_MOVING = (*_TO_POSITION, _RPM, *_DEFERRED)
+"""Commands after which its ramp may run: also SETUP, which makes it return to its place from where
+it is pushed."""
 _STALL, _BUSY = int(Flags.STALL), int(Flags.BUSY)
 
 _REGISTER_PER_DEG = 200.0 / 360.0 * 256.0 * 0.0220
@@ -63,24 +67,37 @@ class OriginalTiming:
             be in an orientation check; likewise.
         in_position_mode: Whether the last mode-changing command put the joint into position mode.
         silent: Whether it did not acknowledge its address at the last request.
+        stopped_at: When it took STOP [s]; infinite if it never did, or may have been moved since.
+            Only the time since then shows that its ramp has ended: that of a motor that is held
+            goes on, at a standstill of the encoder, and nothing on the wire reports it.
     """
 
-    __slots__ = ("check_until", "deferred_from", "in_position_mode", "quiet_until", "silent")
+    __slots__ = (
+        "check_until", "deferred_from", "in_position_mode", "quiet_until", "silent", "stopped_at",
+    )  # fmt: skip
 
     def __init__(self) -> None:
         self.quiet_until = self.deferred_from = self.check_until = -math.inf
+        self.stopped_at = math.inf
         self.in_position_mode = False
         self.silent = False
 
-    def sending(self, message: Message) -> None:
+    def sending(self, message: Message, values: Sequence[float]) -> None:
         """Record that a frame is about to be sent, whether or not it will arrive."""
         if message in _TO_VELOCITY:
             self.in_position_mode = False
+        if message in _MOVING and not (message is _RPM and values[0] == 0.0):
+            self.stopped_at = math.inf
 
-    def answered(self, message: Message, flags: int) -> None:
-        """Record that a frame was executed; a stalled joint ignores MOVETOANGLE."""
+    def answered(self, message: Message, flags: int, time: float) -> None:
+        """Record that a frame was executed until ``time`` [s]; a stalled joint ignores MOVETOANGLE.
+
+        The first STOP counts: a later one does not prolong the ramp.
+        """
         if message in _TO_POSITION and not (message is _MOVE and flags & _STALL):
             self.in_position_mode = True
+        elif message is _STOP:
+            self.stopped_at = min(self.stopped_at, time)
         if message is not _CHECK and not flags & _BUSY:
             self.check_until = -math.inf
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
@@ -47,7 +48,7 @@ _PAUSE = 50e-6
 """Time between two tries of a frame [s]."""
 _CHECK_PAUSE = 20e-3
 """Time between two readings of whether an orientation check has ended [s]."""
-_TICK_PAUSE = 2e-3
+TICK_PAUSE = 2e-3
 """Time within which the joint's control tick takes a command [s]."""
 _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
 _FAULT = READ[Register.FAULT]
@@ -81,6 +82,7 @@ class Session:
         flags: The last flags received; before any were received, those after power-up.
         retries: Exchanges that were repeated since this object was made.
         timing: Timing state of a version 1 joint.
+        original: Whether the joint spoke version 1 when it was identified last; outlives a session.
     """
 
     def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
@@ -91,6 +93,7 @@ class Session:
         self.flags: int = int(_POWER_UP)
         self.retries = 0
         self.timing = OriginalTiming()
+        self.original = False
         self._line = line_of(bus)
         self._sequence = self._unanswered = 0
         self._armed = False
@@ -109,7 +112,10 @@ class Session:
         try:
             self.hello = identify(self._bus, self._clock, self._joint, self._address, TRIES)
         except CommunicationError as error:
-            raise named_error(self._joint, self._address, Register.HELLO, error, TRIES) from error
+            raise named_error(
+                self._joint, self._address, Register.HELLO, error, TRIES, self._held
+            ) from error
+        self.original = self.hello is None
         if self.hello is None:
             self._open_v1()
             return
@@ -125,6 +131,7 @@ class Session:
         self.version, self.hello, self._restarted = 0, None, None
         # The end of the joint's pause outlives the session, the rest does not.
         self.timing.in_position_mode = self.timing.silent = False
+        self.timing.stopped_at = math.inf
         self.flags, self._armed = int(_POWER_UP), False
 
     def require_open(self) -> None:
@@ -236,16 +243,16 @@ class Session:
                     transaction = None
             if not remaining or not exchange_failed(problem):
                 raise named_error(
-                    self._joint, self._address, message.register, problem, tries
+                    self._joint, self._address, message.register, problem, tries, self._held
                 ) from problem
             self.retries += 1
-            self._wait(_TICK_PAUSE if isinstance(problem, RefusedError) else _PAUSE)
+            self._wait(TICK_PAUSE if isinstance(problem, RefusedError) else _PAUSE)
         raise AssertionError  # pragma: no cover - the last round returns or raises
 
     def frame(self, message: Message, values: Sequence[float] = ()) -> Transaction:
         """Return the next frame, with a sequence number of its own."""
         if self.version == 1:
-            self.timing.sending(message)
+            self.timing.sending(message, values)
             return Transaction(self._address, message.encode_v1(values), message.answer_size)
         self._sequence = sequence = (self._sequence + 1) & 0xFF
         self._unanswered += 1
@@ -279,16 +286,15 @@ class Session:
                 self.timing.silent = False
                 forget_silence(self._bus, self._address)
             answer = message.decode_v1(result)
-            self.timing.answered(message, answer.flags)
+            self.timing.answered(message, answer.flags, self._clock.now())
             self.flags = answer.flags
         else:
             answer = message.decode_v2(self._address, self._sequence, result)
-            flags = answer[1]
+            self.flags = flags = answer[1]
             if self._armed and not flags & _ARMED:
                 raise self._forgotten()
             if not flags & _REFUSED:
                 self._unanswered = 0
-            self.flags = flags
         return answer
 
     def refusal(self, message: Message) -> BioscaraError:
@@ -313,11 +319,6 @@ class Session:
     def paused(self) -> bool:
         """Whether the joint is in a pause now; an exchange would wait for its end."""
         return self._clock.now() < self.timing.quiet_until
-
-    @property
-    def may_still_home(self) -> bool:
-        """Whether a stopped homing may not have ended yet; another one would wait."""
-        return self._clock.now() < self.timing.deferred_from
 
     def listens(self) -> bool:
         """Return whether an exchange would not wait.
@@ -358,6 +359,14 @@ class Session:
             with suppress(CommunicationError, JointError):
                 self.write(Register.SETRPM, 0.0, repeat=False)
         self.write(Register.STOP, mode)
+
+    @property
+    def _held(self) -> bool:
+        """Whether a joint with original firmware may hold the clock, as one read while it starts.
+
+        It does so until its power is switched off, and those in position mode move on meanwhile.
+        """
+        return self.original and self._line.in_a_row >= TRIES
 
     def _await_check(self) -> None:
         """Wait for the end of an orientation check of a version 1 joint, up to its time limit."""
@@ -421,7 +430,7 @@ class Session:
         for remaining in reversed(range(TRIES)):
             try:
                 self.write(Register.ARM, hello.boot_id, number)
-                self._wait(_TICK_PAUSE)
+                self._wait(TICK_PAUSE)
                 self._armed = True
                 self.write(Register.WATCHDOG, WATCHDOG_MS)
             except CommunicationError:
@@ -448,14 +457,14 @@ class Session:
     def _forgotten(self) -> JointResetError:
         """Return why the joint does not know this session; this remains until it is reopened."""
         before, self._armed = self.hello, False
-        try:
+        now = None
+        with suppress(CommunicationError, WrongJointError):
             now = identify(self._bus, self._clock, self._joint, self._address, TRIES)
-        except (CommunicationError, WrongJointError):
-            now = None
+            if before is not None and now is not None and now.boot_id != before.boot_id:
+                self._release()
         cause = f"reset cause {now.reset_cause.name}" if now else "no reset cause was reported"
         if now and before and now.boot_id == before.boot_id:
             cause = "its boot id is the same, so another host may have taken it"
-        self.flags = int(_POWER_UP)
         self._restarted = JointResetError(
             f"{self._joint}: the joint restarted ({cause}); its home is lost",
             self._joint,
@@ -463,6 +472,15 @@ class Session:
             now.reset_cause.name if now else "",
         )
         return self._restarted
+
+    def _release(self) -> None:
+        """Release a joint that restarted and was engaged since, by the SETUP that found it so.
+
+        It took that without a session, so it takes this, too; it ramps down first.
+        """
+        self._unanswered = 0
+        if not self.exchange(_PING).flags & Flags.NOTENABLED:
+            self.write(Register.SETCURRENT, 0)
 
     def _wait(self, seconds: float) -> None:
         self._clock.sleep_until(self._clock.now() + seconds)
