@@ -118,15 +118,17 @@ class Axis:
             self.home_command.value, self.home_command.problem = 0.0, reason
         return True
 
-    def refusal(self, mode: Mode) -> BioscaraError | str | None:
+    def refusal(self, mode: Mode) -> BioscaraError | None:
         """Return why the joint cannot take up ``mode``, by its last sample; None if it can.
+
+        The fault of one that stopped is requested.
 
         Homing enables a disabled joint, so being disabled does not prevent it.
         """
         if self.halted is not None:
             return self.halted
         if mode is not Mode.HOME and HALTED[self.sample.flags]:
-            return f"it is disabled or stalled (flags {self.sample.flags:#04x}); enable it again"
+            return self.why_halted()
         return None
 
     def store(self, sample: JointSample, stamp: float) -> None:

@@ -87,11 +87,11 @@ class Joint:
             bus, clock, parameters.name, parameters.number, parameters.address
         )
         self.feedback = EncoderFeedback(session, clock, parameters)
+        self.readiness = Readiness(parameters.name, session, self.feedback)
         self._monitor = MotionMonitor(session, self.feedback, clock, parameters)
-        self._rest = Rest(session, self.feedback, self._monitor, clock, parameters)
+        self._rest = Rest(session, self.feedback, self.readiness, self._monitor, clock, parameters)
         self.settings = Settings(session, self._rest, clock, parameters)
         self.limits = SetpointLimits(parameters)
-        self.readiness = Readiness(parameters.name, session, self.feedback)
         self.cycle = CyclicExchange(session, self.feedback, self.readiness, parameters)
         self._homing = HomingProcedure(
             session, self.feedback, self._rest, self.settings, self.limits, parameters
@@ -551,9 +551,10 @@ class Joint:
         homing, readiness = self._homing, self.readiness
         readiness.require_idle()
         approach = homing.check(velocity, sensitivity, current)
+        yield from self._rest.coming("it is homed")
         if self.session.flags & (Flags.NOTENABLED | Flags.STALL):
             yield from self.enabling()
-        yield from self._rest.coming("it is homed")
+            yield from self._rest.coming("it is homed")
         homing.prepare(approach)
         readiness.blocking = Register.HOME
         try:
@@ -582,6 +583,7 @@ class Joint:
             raise IncorrectStateError(f"{self.name}: homing is still running", self.name)
         self.readiness.blocking = Register.NONE
         if flags & Flags.NOTHOMED:
+            self._homing.restore_acceleration()
             raise self._homing_error()
         self._homing.complete()
 
@@ -719,6 +721,7 @@ class Joint:
         remedy = "it is given in rad: 10 degrees are 0.17453"
         check_limit(what, angle_deg, 0.0, _ORIENTATION_MAX_DEG, "deg", remedy)
         wait_through(self.clock, self._rest.coming("the check of its orientation"))
+        self.readiness.require_ready(homed=False)
         self.readiness.blocking = Register.CHECKORIENTATION
         try:
             self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)

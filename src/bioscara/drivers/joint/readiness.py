@@ -76,7 +76,15 @@ class Readiness:
         """
         self._session.require_open()
         self.raise_fault()
-        if self.blocking is not Register.NONE:
+        self.require_no_command()
+
+    def require_no_command(self) -> None:
+        """Raise if a blocking command is running.
+
+        Raises:
+            IncorrectStateError: One is.
+        """
+        if self.blocking is not _NONE:
             raise IncorrectStateError(
                 f"{self._name}: {self.blocking.name} is running; let it end or stop() it",
                 self._name,

@@ -11,6 +11,7 @@ import math
 from bioscara.clock import Clock, Waits
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.monitor import Done, MotionMonitor
+from bioscara.drivers.joint.readiness import Readiness
 from bioscara.drivers.joint.sample import JointSample
 from bioscara.drivers.joint.transmission import Transmission
 from bioscara.drivers.link.session import TICK_PAUSE, Session
@@ -32,20 +33,21 @@ class Rest:
     """
 
     __slots__ = (
-        "_clock", "_feedback", "_monitor", "_parameters", "_session", "_transmission",
-        "_written", "acceleration",
+        "_clock", "_feedback", "_monitor", "_parameters", "_readiness", "_session",
+        "_transmission", "_written", "acceleration",
     )  # fmt: skip
 
     def __init__(
         self,
         session: Session,
         feedback: EncoderFeedback,
+        readiness: Readiness,
         monitor: MotionMonitor,
         clock: Clock,
         parameters: JointParameters,
     ) -> None:
         self._session, self._feedback, self._monitor = session, feedback, monitor
-        self._clock, self._parameters = clock, parameters
+        self._readiness, self._clock, self._parameters = readiness, clock, parameters
         self._transmission = Transmission(parameters.reduction)
         self.acceleration = parameters.max_acceleration
         self._written = False
@@ -75,10 +77,14 @@ class Rest:
             before: What needs the rest, for messages.
 
         Raises:
-            IncorrectStateError: It did not come to rest in that time.
+            IncorrectStateError: A blocking command is running, or it did not come to rest in that
+                time.
         """
+        self._readiness.require_no_command()
         timing = self._session.timing
         if self._session.version == 1:
+            # It may have been disabled since its last answer, by itself or a restart.
+            self._session.read(Register.PING)
             rests = self._written and self._ramp_ended()
             stopping = timing.stopped_at < math.inf
         else:
