@@ -14,7 +14,7 @@ from bioscara.errors import (
     JointLostError,
     ModeSwitchError,
 )
-from bioscara.hardware import ArmHardware, Mode
+from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
 from control.control_stack import NAMES, PARAMETERS
 from hardware.active_arm import BOTH, active, cycles, switch
@@ -152,6 +152,51 @@ def test_a_lift_in_home_mode_stays_enabled(v1: bool) -> None:
     assert world.arm.position("j2") == pytest.approx(before, abs=2e-4)
     switch(arm, stop=tuple(f"{name}/home" for name in NAMES))
     assert world.arm.has_torque("j2")
+
+
+@pytest.mark.parametrize("kind", [{}, {"v1_frames": True}, {"v1": True}])
+def test_a_homing_after_a_motion_waits_for_rest_and_no_cycle_waits_for_it(
+    kind: dict[str, bool],
+) -> None:
+    world = World(**kind)
+    world.ready("j4")
+    arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
+    arm.set_state(LifecycleState.ACTIVE)
+    switch(arm, "j4/velocity")
+    arm.commands["j4/velocity"].value = -5.0
+    cycles(world, arm, 40, PERIOD)
+    assert world.arm.velocity("j4") < -4.0
+    switch(arm, "j4/home", stop=("j4/velocity",))
+    arm.commands["j4/home"].value = 1.0
+    world.tap.calls.clear()
+    longest = 0.0
+    while arm.axes[3].joint.readiness.blocking is not Register.HOME:
+        start = world.arm.now()
+        arm.read(start, PERIOD)
+        arm.write(start, PERIOD)
+        longest = max(longest, world.arm.now() - start)
+        world.arm.clock.sleep_until(start + PERIOD)
+        assert arm.problems == []
+        assert arm.axes[3].homing.running
+    assert longest < 10e-3
+    assert abs(world.arm.velocity("j4")) < 0.05
+    before = world.arm.position("j4")
+    cycles(world, arm, 75, PERIOD)
+    assert world.arm.position("j4") > before + 0.005
+
+
+@pytest.mark.parametrize("waited", [0, 1, 3])
+def test_a_homing_that_is_stopped_before_it_began_does_not_begin(waited: int) -> None:
+    world, arm = active(v1=True)
+    arm.axes[3].joint.disable()
+    switch(arm, "j4/home")
+    arm.commands["j4/home"].value = 1.0
+    cycles(world, arm, 1 + waited, PERIOD)
+    assert world.tap.count(Register.HOME) == 0
+    arm.commands["j4/home"].value = 0.0
+    assert cycles(world, arm, 50, PERIOD) == []
+    assert world.tap.count(Register.HOME) == 0
+    assert not arm.axes[3].homing.running
 
 
 def test_deactivation_ends_a_homing() -> None:

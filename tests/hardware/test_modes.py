@@ -84,7 +84,9 @@ def test_rule_51_a_joint_that_went_off_while_it_was_there_to_home_may_home_but_n
     arm.joints[2].disable()
     arm.read(world.arm.now(), PERIOD)
     assert arm.axes[2].halted is None
-    with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: it is disabled"):
+    with pytest.raises(
+        ModeSwitchError, match="j3 cannot be commanded: j3: it is not enabled; enable"
+    ):
         arm.prepare_command_mode_switch(["j3/position"], ["j3/home"])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -284,8 +285,10 @@ def test_bus5_an_original_joint_that_holds_the_clock_is_a_stuck_bus_until_its_po
         assert clock_is_held(scene.arm)
         scene.cycle(10)
         require_right(robot, FaultKind.BUS_STUCK)
+        remedy = "j1, j2, j3, j4 may be moving; switch the arm's power off, then on; free the line"
+        assert remedy in str(robot.faults[0])
         robot.acknowledge()
-        with pytest.raises(BusStuckError, match="free the line: switch the joints off and on"):
+        with pytest.raises(BusStuckError, match=remedy):
             robot.recover()
         scene.arm.set_power("j3", False)
         scene.arm.run(0.1)
@@ -302,6 +305,30 @@ def test_bus5_an_original_joint_that_holds_the_clock_is_a_stuck_bus_until_its_po
             False,
             True,
         ]
+
+
+@pytest.mark.parametrize("after", [0.0, 0.005, 0.013])
+def test_bus5_an_original_joint_that_restarts_in_motion_and_holds_the_clock_is_the_first_fault(
+    after: float,
+) -> None:
+    with connected(v1=True) as scene:
+        robot, arm = scene.robot, scene.arm
+        robot.enable()
+        robot.move_joints(START)
+        transfer = scene.bus.transfer
+        due = arm.now() + 0.5 + after
+
+        def carry(transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+            nonlocal due
+            if arm.now() >= due:
+                due = math.inf
+                arm.reset("j4")
+            return transfer(transactions)
+
+        scene.bus.transfer = carry  # type: ignore[method-assign]
+        with pytest.raises(BusStuckError, match="may be moving; switch the arm's power off"):
+            robot.move_joints(GOAL)
+        assert kinds(robot) == [(FaultKind.BUS_STUCK, "")]
 
 
 def test_bus5_the_joint_whose_restart_freed_the_line_is_named() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from bioscara.bus import Direction, Transaction, When
-from bioscara.drivers import Joint, JointSample, Quality
+from bioscara.drivers import Joint, JointSample, Quality, Setpoint, drive, read_states, track
 from bioscara.errors import (
     BioscaraError,
     BusTimeoutError,
@@ -31,7 +31,9 @@ from bioscara.errors import (
     StalledError,
     WrongJointError,
 )
+from bioscara.hardware.safe_stop import release, stop_and_disable
 from bioscara.protocol import BrakeMode, Capability, Flags, JointState, Register, ResetCause
+from entries import entry
 from simulated import ARM, World, greeted, home_error, ready
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
@@ -327,16 +329,84 @@ def test_silence_latches_a_fault_that_must_be_cleared() -> None:
         joint.set_velocity(-1.0)
     assert caught.value.fault == "SETPOINT_LOST"
     assert 60 <= caught.value.data <= 63
-    with pytest.raises((JointFaultError, NotEnabledError)):
-        joint.set_velocity(-1.0)
-    with pytest.raises(JointFaultError):
-        joint.enable()
     with pytest.raises(InvalidArgumentError, match="NONSENSE"):
         joint.clear_fault("NONSENSE")
     joint.clear_fault("SETPOINT_LOST")
     joint.enable()
     assert joint.get_fault().fault == "NONE"
     assert joint.is_homed()
+
+
+AFTER_A_FAULT: dict[str, Callable[[Joint], object]] = {
+    "position": lambda joint: joint.set_position(2.9),
+    "velocity": lambda joint: joint.set_velocity(-1.0),
+    "steps": lambda joint: joint.move_steps(STEPS),
+    "setpoint": lambda joint: joint.track(2.9),
+    "check": lambda joint: joint.check_orientation(),
+    "enable": lambda joint: joint.enable(),
+    "home": lambda joint: joint.home(),
+    "start of homing": lambda joint: joint.start_homing(),
+    "setpoints": lambda joint: raised(track([joint], [Setpoint(2.9)])[0]),
+    "velocities": lambda joint: raised(drive([joint], [-0.1])[0]),
+}
+
+
+def test_a_fault_is_named_by_each_call_that_it_prevents() -> None:
+    world, joint = ready("j4")
+    joint.set_velocity(-1.0)
+    world.arm.run(1.0)
+    assert joint.get_flags() & Flags.FAULT
+    for name, call in AFTER_A_FAULT.items():
+        with entry(name), pytest.raises(JointFaultError) as caught:
+            call(joint)
+        assert caught.value.fault == "SETPOINT_LOST"
+    world.bus.off(When(first=Register.FAULT))
+    for name in ("setpoints", "velocities"):
+        with entry(name), pytest.raises(NoAcknowledgeError):
+            AFTER_A_FAULT[name](joint)
+
+
+def test_a_homing_that_a_fault_ended_is_not_said_to_be_running() -> None:
+    world, joint = greeted("j4")
+    joint.start_homing()
+    world.arm.run(1.0)
+    assert joint.get_flags() & Flags.FAULT
+    with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
+        joint.enable()
+
+
+CURRENTS: dict[str, Callable[[Joint], object]] = {
+    "hold current": lambda joint: joint.settings.set_hold_current(40),
+    "drive current": lambda joint: joint.settings.set_drive_current(40),
+    "brake": lambda joint: joint.settings.set_brake_mode(BrakeMode.HARD_BRAKE),
+}
+
+
+@pytest.mark.parametrize("current", list(CURRENTS))
+def test_a_disabled_original_joint_with_a_current_may_be_energised_until_it_is_released(
+    current: str,
+) -> None:
+    world, joint = greeted("j4", v1=True)
+    CURRENTS[current](joint)
+    world.arm.run(0.3)
+    assert not joint.is_enabled()
+    assert joint.may_be_energised
+    if current != "drive current":  # That flows in motion only.
+        assert world.arm.has_torque("j4")
+    assert release([joint]) == []
+    world.arm.run(0.3)
+    assert not world.arm.has_torque("j4")
+    assert not joint.may_be_energised
+
+
+def test_a_current_engages_no_disabled_joint_of_version_2() -> None:
+    world, joint = greeted("j4")
+    for name, current in CURRENTS.items():
+        with entry(name):
+            current(joint)
+            world.arm.run(0.3)
+            assert not world.arm.has_torque("j4")
+            assert not joint.may_be_energised
 
 
 def test_the_traceback_of_a_restart_does_not_grow_with_each_call() -> None:
@@ -366,6 +436,73 @@ def test_a_joint_that_restarted_is_not_engaged_by_the_call_that_finds_it(enabled
         world.arm.run(0.05)
         assert not world.arm.has_torque("j4")
     assert world.arm.field("j4") == pytest.approx(field, abs=10.0)  # Microsteps.
+
+
+def restarting_before_setup(world: World, joint: Joint, *, answered: bool) -> None:
+    """Let a joint restart between the check before its SETUP and that SETUP, which engages it."""
+    transfer = world.tap.transfer
+
+    def restart_first(transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        engages = transactions[0].write[0] == Register.SETUP
+        if engages and not world.tap.count(Register.SETUP):
+            world.arm.reset(joint.name, ResetCause.BROWN_OUT)
+            world.arm.run(0.012)
+        results = transfer(transactions)
+        if engages and not answered:
+            results = [BusTimeoutError("lost", joint.parameters.address)]
+        return results
+
+    world.tap.transfer = restart_first  # type: ignore[method-assign]
+
+
+FINDS: dict[str, Callable[[Joint], object]] = {
+    "stop": lambda joint: joint.stop(),
+    "flags": lambda joint: joint.get_flags(),
+    "cycle": lambda joint: raised(read_states([joint])[0]),
+    "release": lambda joint: stop_and_disable([joint]) or joint.get_flags(),
+}
+
+
+def raised(outcome: object) -> None:
+    assert isinstance(outcome, BaseException)
+    raise outcome
+
+
+@pytest.mark.parametrize("by", ["enable", *FINDS])
+def test_a_joint_that_restarted_and_was_engaged_is_released_at_once(by: str) -> None:
+    world, joint = greeted("j4")
+    restarting_before_setup(world, joint, answered=by == "enable")
+    if by != "enable":
+        with pytest.raises(BusTimeoutError):
+            joint.enable()
+        assert joint.may_be_energised
+    world.arm.run(0.002)
+    with pytest.raises(JointResetError):
+        joint.enable() if by == "enable" else FINDS[by](joint)
+    assert world.tap.count(Register.SETUP) >= 1
+    world.arm.run(0.3)
+    assert not world.arm.has_torque("j4")
+    assert release([joint]) == []
+    assert not joint.may_be_energised
+    del world.tap.transfer
+    joint.init()
+    joint.enable()
+    assert world.arm.has_torque("j4")
+
+
+def test_a_restarted_joint_that_could_not_be_released_may_be_energised() -> None:
+    world, joint = greeted("j4")
+    restarting_before_setup(world, joint, answered=True)
+    world.bus.off(When(first=Register.SETCURRENT))
+    with pytest.raises(JointResetError):
+        joint.enable()
+    assert joint.may_be_energised
+    assert release([joint])[-1].startswith("j4 may be energised: j4: the joint restarted")
+    assert joint.may_be_energised
+    world.bus.clear()
+    joint.init()
+    assert release([joint]) == []
+    assert not world.arm.has_torque("j4")
 
 
 def test_a_restart_is_reported_and_never_taken_for_homed() -> None:

@@ -855,6 +855,32 @@ def test_joints_that_answer_are_not_waited_for() -> None:
     assert messages == []
 
 
+def test_a_joint_that_restarts_while_it_is_read_holds_the_bus_and_the_error_has_the_remedy() -> (
+    None
+):
+    world, joint = enabled("j4")
+    other = world.joints[0]
+    other.init()
+    world.arm.reset("j4")
+    world.arm.run(0.1)
+    remedy = r"may be moving; switch the arm's power off, then on"
+    calls = (joint.get_flags, joint.enable, joint.stop, other.get_flags, other.stop, other.init)
+    for call in calls:
+        with pytest.raises(BusTimeoutError, match=remedy):
+            call()
+    world.arm.set_power("j4", on=False)
+    world.arm.run(0.1)
+    other.init()
+
+
+def test_a_single_answer_that_is_lost_does_not_ask_for_the_power() -> None:
+    world, joint = enabled("j4")
+    world.bus.lose(Direction.BACK, When(first=R.MOVESTEPS, count=1))
+    with pytest.raises(BusTimeoutError) as caught:
+        joint.move_steps(-64)
+    assert "power" not in str(caught.value)
+
+
 # 8. Arms of both kinds.
 
 
