@@ -177,9 +177,10 @@ def test_the_first_fault_names_what_happened(
         if phase != "homing":
             scene.robot.enable()
         scene.do(phase, moment, lambda: KINDS[expected][name](scene.arm, scene.bus))
-        if name == "one is slow" and v1 and kinds(scene.robot)[0][0] is FaultKind.OVERRUN:
+        late = (FaultKind.OVERRUN, "loop")
+        if name == "one is slow" and v1 and late in kinds(scene.robot):
             # Its two frames, each with its repetition, take longer than the joints wait.
-            assert kinds(scene.robot)[1:] == [(FaultKind.JOINT_LOST, "j3")]
+            assert set(kinds(scene.robot)) == {late, (FaultKind.JOINT_LOST, "j3")}
             return
         require_right(scene.robot, expected)
 
