@@ -66,7 +66,7 @@ def test_half_of_all_frames_lost_is_no_stuck_bus() -> None:
 
 
 def write_twice(world: World) -> None:
-    """Send the commands of a cycle, and continue what has waited for its end."""
+    """Send the commands of a cycle, and of the next one: a homing begins in steps."""
     world.hardware.write(world.clock.now(), 0.01)
     world.arm.run(0.01)
     world.hardware.write(world.clock.now(), 0.01)

@@ -227,7 +227,7 @@ COMMANDS: tuple[Callable[[Joint], None], ...] = (
 def require_rest_first(
     kind: str, name: str, state: Callable[[World, Joint], None], command: Callable[[Joint], None]
 ) -> None:
-    """Fail unless a joint does what a command says, or comes to rest, whatever it did before."""
+    """Fail unless a joint in a state executes a command from rest, or comes to rest."""
     world, joint = standing(kind, name)
     state(world, joint)
     arm, parameters = world.arm, joint.parameters

@@ -1,7 +1,8 @@
 """Rest of a joint, which some commands need: HOME, SETUP, CHECKORIENTATION, a changed acceleration.
 
 They act on the ramp of the joint. A low acceleration that is set while it runs makes it run on for
-minutes, whatever is commanded then, and SETUP makes a joint return to where it was in motion.
+minutes, and no later command ends that; SETUP makes an original joint return to where it received
+it. With our firmware a lower acceleration moves the place where a joint comes to rest.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ class Rest:
         self._readiness.require_no_command()
         timing = self._session.timing
         if self._session.version == 1:
-            # It may have been disabled since its last answer, by itself or a restart.
+            # It may have been disabled since its last answer, as by a restart.
             self._session.read(Register.PING)
             rests = self._written and self._ramp_ended()
             stopping = timing.stopped_at < math.inf

@@ -108,7 +108,7 @@ def named_error(
     Args:
         joint: Name of the joint.
         address: Its address.
-        register: What was requested.
+        register: The requested register.
         error: The error.
         tries: Number of tries.
         held: Whether a joint with original firmware may hold the bus.

@@ -364,7 +364,7 @@ class Session:
     def _held(self) -> bool:
         """Whether a joint with original firmware may hold the clock, as one read while it starts.
 
-        It does so until its power is switched off, and those in position mode move on meanwhile.
+        It does so until its power is switched off. Those in position mode move on.
         """
         return self.original and self._line.in_a_row >= TRIES
 
