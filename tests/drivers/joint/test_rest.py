@@ -28,7 +28,7 @@ WATCHED = 1.5
 
 def standing(kind: str, name: str) -> tuple[World, Joint]:
     """Return a joint in the middle of its range, initialised."""
-    world = World(**KINDS[kind])  # type: ignore[arg-type]
+    world = World(**KINDS[kind])
     joint = world.joints[NAMES.index(name)]
     parameters = joint.parameters
     world.arm.set_position(name, 0.5 * (parameters.lower + parameters.upper))
@@ -340,6 +340,22 @@ def test_a_joint_that_does_not_come_to_rest_is_refused_with_the_remedy(v1_frames
     assert world.arm.now() - begin < 1.6
     assert world.tap.count(Register.SETUP) == 0
     assert not world.arm.has_torque("j4")
+
+
+@OF_EACH_KIND
+def test_a_joint_whose_stall_was_cleared_moves_where_it_is_commanded(kind: str) -> None:
+    for cycles in range(4):
+        world, joint = standing(kind, "j4")
+        stalled(world, joint)
+        world.arm.run(0.004 * cycles)
+        joint.clear_stall()
+        with entry(cycles):
+            joint.read_state()
+            before = joint.feedback.encoder_deg
+            joint.move_steps(round(-12800 * away(joint)))
+            joint.read_state()
+            moved = (joint.feedback.encoder_deg - before) * 51200.0 / 360.0
+            assert moved == pytest.approx(-12800 * away(joint), abs=100.0)
 
 
 @OF_EACH_KIND

@@ -326,8 +326,8 @@ class Joint:
     def clear_stall(self) -> None:
         """Clear a stall that the joint detected, so that it accepts motions again; nothing moves.
 
-        Remove the obstacle first. A version 1 joint is waited for, whose ramp runs on for up to
-        half a second. The joint stays enabled if it was, and stall detection is on
+        Remove the obstacle first. The joint is brought to rest, as its ramp runs on for up to half
+        a second after the stall. It stays enabled if it was, and stall detection is on
         afterwards, in a version 1 joint with the configured threshold. A joint that did not stall
         is left as it is, also one with another latched fault.
 
@@ -335,11 +335,13 @@ class Joint:
             LimitError: A version 1 joint whose configured ``stall_threshold`` is 0, which cannot
                 be switched on; ``enable`` clears its stall.
         """
-        if self.version == 2:
-            if self.get_fault().fault == Fault.STALL.name:
-                self.clear_fault(Fault.STALL.name)
-        elif self.is_stalled():
-            wait_through(self.clock, self._rest.coming("the stall is cleared"))
+        second = self.version == 2
+        if not (self.get_fault().fault == Fault.STALL.name if second else self.is_stalled()):
+            return
+        wait_through(self.clock, self._rest.coming("the stall is cleared"))
+        if second:
+            self.clear_fault(Fault.STALL.name)
+        else:
             # Original firmware does not execute CLEARSTALL.
             self.settings.enable_stallguard()
 
