@@ -24,6 +24,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
+from bioscara.protocol import Register
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.connection.stack import HOLD, TRAJECTORY
 from flight_records import read_record
@@ -195,7 +196,10 @@ def test_mec2_friction_that_holds_a_joint_back_is_named_as_its_stall(
 
 
 def slow(scene: Scene) -> None:
-    scene.robot.joints[0].set_max_acceleration(0.05)
+    """Its acceleration becomes low in motion, which the driver itself would not do."""
+    joint = scene.robot.joints[0]
+    deg = joint.feedback.transmission.size_to_deg(0.05)
+    joint.session.write(Register.SETMAXACCELERATION, deg)
 
 
 def hung(scene: Scene) -> None:

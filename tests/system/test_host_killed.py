@@ -18,7 +18,7 @@ from bioscara import Robot
 from bioscara.clock import MonotonicClock
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.drivers import Joint
-from bioscara.errors import FaultedError, JointFaultError, NotEnabledError
+from bioscara.errors import FaultedError, JointFaultError
 from bioscara.model import load_parameters
 from bioscara.protocol import Fault, JointState
 from bioscara.sim import SocketBus
@@ -100,7 +100,7 @@ def test_the_joint_of_a_killed_host_stops_autonomously_and_the_next_host_gets_th
         rest = arm.position()
         assert joint.get_fault().fault == Fault.SETPOINT_LOST.name
         for move in (lambda: joint.set_position(0.0), lambda: joint.set_velocity(1.0)):
-            with pytest.raises(NotEnabledError):
+            with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
                 move()
         with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
             joint.enable()
