@@ -111,7 +111,7 @@ class _Replay:
 @pytest.mark.parametrize("joint", [1, 2, 3, 4])
 def test_the_image_says_the_same_bits_as_the_simulation(joint: int, recorder: Path) -> None:
     home = HOME[f"j{joint}"]
-    command = [recorder, str(joint), str(NEAR[f"j{joint}"]), *map(str, home)]
+    command = [str(recorder), str(joint), str(NEAR[f"j{joint}"]), *map(str, home)]
     recording = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     replay = _Replay(joint, recording)
     replay.run()

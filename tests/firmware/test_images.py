@@ -174,7 +174,7 @@ def test_an_image_has_no_heap_no_exceptions_and_no_double_arithmetic(
 @pytest.mark.parametrize("joint", JOINTS)
 def test_an_image_rounds_as_the_simulation_does(images: str, joint: int) -> None:
     """As tests/firmware/test_emulated_bits.py sees in the runs that it tries."""
-    command = ["arm-none-eabi-objdump", "-d", BUILD / f"j{joint}.elf"]
+    command = ["arm-none-eabi-objdump", "-d", str(BUILD / f"j{joint}.elf")]
     listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     assert re.search(r"\tvmul\.f32\t", listing)
     assert not re.search(r"\tvfn?m[as]\.f32\t", listing)
