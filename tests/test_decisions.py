@@ -1,4 +1,4 @@
-"""Each sentence of docs/decisions that says what is refused names a test that holds it."""
+"""Each sentence of docs/decisions about a refusal names a test that holds it."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def test_a_description_of_another_arm_or_with_unread_tags_ends_the_node(site: Ri
         (WITH_GPIO, GPIO_COMPLAINT),
     ):
         with site.node(description=text) as node:
-            wait_until(lambda: node.poll() is not None, "the end of the node")  # noqa: B023
+            wait_until(lambda: node.poll() is not None, "the end of the node")
         site.logged(complaint)
 
 

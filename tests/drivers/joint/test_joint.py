@@ -749,6 +749,13 @@ def test_errors_have_the_codes_of_the_original_driver() -> None:
     assert codes == [-1, -5, -109, -2, -3, -101, -102, -102, -109]
 
 
+def push(world: World, joint: Joint) -> None:
+    """Move j1 from its end stop against an obstacle, for up to 4 s."""
+    for _ in range(200):
+        joint.set_position(-2.5)
+        world.arm.run(0.02)
+
+
 @BOTH
 def test_a_stall_that_is_cleared_lets_the_joint_move_on(v1: bool) -> None:
     world, joint = ready("j1", v1=v1)
@@ -759,13 +766,8 @@ def test_a_stall_that_is_cleared_lets_the_joint_move_on(v1: bool) -> None:
     else:
         world.arm.add_obstacle("j1", -2.9)
 
-    def push() -> None:
-        for _ in range(200):
-            joint.set_position(-2.5)
-            world.arm.run(0.02)
-
     with pytest.raises(StalledError) as caught:
-        push()
+        push(world, joint)
     assert caught.value.code == -4
     world.arm.run(0.5)
     before = joint.get_position()
@@ -791,9 +793,7 @@ def test_the_stall_guard_neither_clears_nor_hides_a_stall(kind: dict[str, bool])
     else:
         world.arm.add_obstacle("j1", -2.9)
     with pytest.raises(StalledError):
-        for _ in range(200):
-            joint.set_position(-2.5)
-            world.arm.run(0.02)
+        push(world, joint)
     for threshold in (None, 6, 255):
         world.tap.calls.clear()
         with pytest.raises(StalledError, match=r"j1: the joint stalled; .*clear_stall\(\)"):
