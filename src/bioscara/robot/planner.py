@@ -558,7 +558,7 @@ class Planner:
         limits = [
             # A joint beyond a limit can only have been pushed there: it may only move back.
             MotionLimits.of(limit)._replace(lower=min(limit.lower, at), upper=max(limit.upper, at))
-            for limit, at in zip(self._limits, self.here(), strict=True)
+            for limit, at in zip(self._limits, self._measured(), strict=True)
         ]
         notes = check(trajectory, limits)
         here = Joints(*elsewhere)

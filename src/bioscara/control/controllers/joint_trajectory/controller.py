@@ -458,7 +458,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self._end_if_cancelled(period)
         ahead, pace = sampler.ahead(), sampler.commanded_pace
         if self._velocity_only:
-            handles.write_velocities(ahead, error, self._pids, pace, period)
+            lags = tuple(map(self.lag_of, self.parameters.joints))
+            handles.write_velocities(ahead, error, lags, self._pids, pace, period)
         else:
             handles.write(ahead, pace)
 

@@ -113,8 +113,8 @@ class PlannedGoal:
         controller, names = self._controller, self._controller.parameters.joints
         asked = controller.arranged(self._goal.trajectory, start.positions)
         columns = [names.index(axis.name) for axis in self._arm.stack.hardware.axes]
-        points = [_in_order(point, columns) for point in asked]
         here = tuple([start.positions[column] for column in columns])
+        points = [self._no_farther(_in_order(point, columns), here) for point in asked]
         self._require_reach(points[-1].positions, here)
         make = partial(course_of, points=points, here=here)
         course = self._arm.planning(make, start.workspace, here)
@@ -123,6 +123,20 @@ class PlannedGoal:
         return course, controller.prepare(
             Goal(trajectory, collision_checked=True), min(wanted / max(took, 1e-9), 1.0)
         )
+
+    def _no_farther(self, point: Point, here: Sequence[float]) -> Point:
+        """Return a point no farther beyond a limit than where the joints are.
+
+        A joint that rests a little beyond one, as after homing, is sent to where it was measured,
+        which differs by noise. The controller has refused what is more than that.
+        """
+        hardware = self._arm.stack.hardware
+        bounds = [hardware.limits[axis.name] for axis in hardware.axes]
+        kept = [
+            min(max(value, min(limits.lower, at)), max(limits.upper, at))
+            for value, limits, at in zip(point.positions, bounds, here, strict=True)
+        ]
+        return point._replace(positions=tuple(kept))
 
     def _require_reach(self, ends: Sequence[float], here: Sequence[float]) -> None:
         """Raise if a joint whose velocity alone is commanded cannot get to the end of a goal.
