@@ -9,8 +9,6 @@ import numpy as np
 from bioscara.planning.arrays import Array
 from bioscara.planning.trajectory.trajectory import Trajectory
 
-_APART = 1e-6
-"""Times nearer to each other than this are one [s]."""
 _REFINED = 4
 """How often the durations of the corners are computed again, as they change with the speed."""
 
@@ -32,35 +30,53 @@ def rounded(trajectory: Trajectory, jerks: Sequence[float]) -> Trajectory | None
     """
     times, positions = trajectory.times - trajectory.times[0], trajectory.positions
     duration = float(times[-1])
-    if not duration:
+    if not np.diff(positions, axis=0).any():
         return trajectory
-    inner, begin = duration, 0.0
+    inner = duration
     for _ in range(_REFINED):
         ahead = times * (inner / duration)
         slopes = np.diff(positions, axis=0) / np.diff(ahead)[:, None]
         rest = np.zeros((1, positions.shape[1]))
         jumps = np.diff(np.vstack((rest, slopes, rest)), axis=0)
         halves = np.sqrt((np.abs(jumps) / np.asarray(jerks)).max(axis=1))
-        begin, end = float(halves[0]), float(halves[-1])
+        begin, end = float((halves - ahead).max()), float((halves + ahead - ahead[-1]).max())
         inner = duration - begin - end
         if inner <= 0.0:
             return None
     corners = begin + times * (inner / duration)
-    return _curve(trajectory, corners, jumps * (ahead[-1] / inner), halves)
+    return _curve(trajectory, corners, jumps * (ahead[-1] / inner), halves, duration)
 
 
-def _curve(trajectory: Trajectory, corners: Array, jumps: Array, halves: Array) -> Trajectory:
-    """Return the sum of the rounded jumps, from where the motion begins."""
-    known = np.sort(np.concatenate((corners - halves, corners, corners + halves)))
-    known = known[np.concatenate(([True], np.diff(known) > _APART))]
-    share = (known[:, None] - corners) / np.where(halves > 0.0, halves, 1.0)
-    share = np.where(halves > 0.0, share, np.copysign(np.inf, known[:, None] - corners))
-    before, after = np.clip(1.0 + share, 0.0, 1.0), np.clip(1.0 - share, 0.0, 1.0)
-    late = share > 0.0
-    speeds = np.where(late, 1.0 - after**2 / 2.0, before**2 / 2.0)
-    ways = np.where(late, np.maximum(known[:, None] - corners, 0.0), 0.0)
-    ways += halves * np.where(late, after**3, before**3) / 6.0
-    velocities, positions = speeds @ jumps, trajectory.positions[0] + ways @ jumps
-    velocities[[0, -1]] = 0.0
-    positions[-1] = trajectory.positions[-1]
-    return Trajectory(trajectory.joint_names, known - known[0], positions, velocities)
+def _curve(
+    trajectory: Trajectory, corners: Array, jumps: Array, halves: Array, duration: float
+) -> Trajectory:
+    """Return the motion whose jerk is that of the rounded corners, one after the other.
+
+    Args:
+        trajectory: The motion that is rounded.
+        corners: When its lines meet, from where the motion begins [s].
+        jumps: Jump of each velocity there.
+        halves: Time over which the acceleration rises, and that over which it falls [s].
+        duration: Of the motion [s].
+    """
+    real = halves > 0.0
+    corners, jumps, halves = corners[real], jumps[real], halves[real]
+    jerks = jumps / (halves**2)[:, None]
+    # It may rest for a time at first, and at last.
+    ends, rest = np.array((0.0, duration)), np.zeros((1, jumps.shape[1]))
+    times = np.concatenate((ends, corners - halves, corners, corners + halves)).clip(0.0, duration)
+    changes = np.concatenate((rest, rest, jerks, -2.0 * jerks, jerks))
+    order = np.argsort(times, kind="stable")
+    times, jerk = times[order], changes[order].cumsum(axis=0)
+    last = np.concatenate((np.diff(times) > 0.0, [True]))
+    times, jerk = times[last], jerk[last][:-1]
+    lasts = np.diff(times)[:, None]
+    acceleration = np.concatenate((rest, (jerk * lasts).cumsum(axis=0)))[:-1]
+    speeds = (acceleration + jerk * lasts / 2.0) * lasts
+    velocity = np.concatenate((rest, speeds.cumsum(axis=0)))
+    ways = (velocity[:-1] + (acceleration / 2.0 + jerk * lasts / 6.0) * lasts) * lasts
+    positions = trajectory.positions[0] + np.concatenate((rest, ways.cumsum(axis=0)))
+    velocity[-1], positions[-1] = 0.0, trajectory.positions[-1]
+    cubics = np.stack((acceleration / 2.0, jerk / 6.0), axis=-1)
+    names = trajectory.joint_names
+    return Trajectory(names, times, positions, velocity, cubics=cubics)
