@@ -94,13 +94,21 @@ def quintic(here: Sequence[float], there: Sequence[float], time: float) -> tuple
 
 
 @contextmanager
-def tracked(name: str, parameters: ArmParameters = ARM) -> Iterator[tuple[Site, list[Cycle]]]:
-    """Serve an arm whose client has activated a controller, and record each cycle."""
+def tracked(
+    name: str, parameters: ArmParameters = ARM, speed: float = 20.0
+) -> Iterator[tuple[Site, list[Cycle]]]:
+    """Serve an arm whose client has activated a controller, and record each cycle.
+
+    Args:
+        name: The controller.
+        parameters: Of the arm.
+        speed: Factor by which its time is faster than real time.
+    """
     with runtime_folder() as folder:
         evidence, arm = folder / "faults", simulated_bus(seed=2, homed=True, at=HALF).arm
         with own_robot(evidence, arm=arm, rate=RATE, parameters=parameters) as robot:
             robot.enable()
-            settings = ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=20.0)
+            settings = ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=speed)
             with serving(robot, settings) as served, Robot.connect(f"arm:{NAME}") as client:
                 assert isinstance(client, RemoteRobot)
                 site = Site(served, client)

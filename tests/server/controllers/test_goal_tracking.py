@@ -63,13 +63,14 @@ def test_a_goal_without_velocities_takes_the_time_that_it_asks_for(
 @pytest.mark.parametrize("stamped", [False, True])
 @pytest.mark.parametrize("name", [POSITION_JTC, VELOCITY_JTC])
 def test_the_arm_does_not_swing_back_after_a_cancel(name: str, *, stamped: bool) -> None:
-    with tracked(name) as (site, cycles):
+    # Slowly enough for what is sent and waited for.
+    with tracked(name, speed=4.0) as (site, cycles):
         begin = site.robot.state.positions
         for there, after in ((0.4, 0.5), (0.0, 0.8), (0.4, 1.2), (0.0, 0.0)):
             first, here = len(cycles), site.robot.state.positions
             end = (begin[0] + there, *begin[1:])
-            stamp = site.newest.time + 0.3 if stamped else 0.0
-            goal = Goal(JointTrajectory(JOINTS, quintic(here, end, 2.0), stamp))
+            stamp = site.newest.time + 1.0 if stamped else 0.0
+            goal = Goal(JointTrajectory(JOINTS, quintic(here, end, 3.0), stamp))
             number = site.robot.controllers.follow(name, goal)
             if after:
                 site.moving()
@@ -78,7 +79,7 @@ def test_the_arm_does_not_swing_back_after_a_cancel(name: str, *, stamped: bool)
             assert site.ended(number).status == "canceled"
             site.passed(2.0)
             way = [abs(cycle.measured[0] - here[0]) for cycle in cycles[first:]]
-            assert max(way) - way[-1] < (1.3e-3 if stamped else 1e-3)
+            assert max(way) - way[-1] < (2e-3 if stamped else 1e-3)
             # Cancelled before it began: without motion.
             assert (max(way) > 1e-3) == bool(after)
 
