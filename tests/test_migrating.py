@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import importlib
+import math
 import re
 from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout, suppress
+from contextlib import nullcontext, redirect_stdout, suppress
 from io import StringIO
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,9 +18,11 @@ import yaml
 from bioscara import bus, drivers, hardware, protocol
 from bioscara.cli.parser import parse
 from bioscara.drivers import Gripper, Pwm
+from bioscara.errors import BioscaraError
 from bioscara.model import load_parameters, tags
 from bioscara.protocol import REGISTERS, Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
+from entries import entry
 from simulated import World
 
 ROOT = Path(__file__).parents[1]
@@ -29,11 +33,12 @@ PARAMETERS = ROOT / "src/bioscara/model/parameters.yaml"
 
 
 class Row(NamedTuple):
-    """A row of a table: the original names, the new ones, and whether there are none."""
+    """A row of a table: the original names, the new ones, and what differs."""
 
     original: tuple[str, ...]
     new: tuple[str, ...]
     none: bool
+    differs: str
 
 
 def rows() -> list[Row]:
@@ -43,10 +48,12 @@ def rows() -> list[Row]:
         if not line.startswith("|"):
             inside = False
             continue
-        original, new, *_ = [cell.strip() for cell in line.strip("|").split("|")]
+        original, new, *differs = [cell.strip() for cell in line.strip("|").split("|")]
         if inside and not original.startswith("---"):
             names = TICKED.findall(original) or [original]
-            found.append(Row(tuple(names), tuple(TICKED.findall(new)), new.startswith("none")))
+            found.append(
+                Row(tuple(names), tuple(TICKED.findall(new)), new.startswith("none"), *differs)
+            )
         inside = inside or (original, new) == ("original", "here")
     return found
 
@@ -125,8 +132,15 @@ def is_target(name: str) -> bool:
     return re.search(rf"^{name}:", (ROOT / "Makefile").read_text(), re.M) is not None
 
 
+def is_launch_file(name: str) -> bool:
+    """Return whether a package installs this launch file, as in ``PACKAGE FILE``."""
+    package, file = name.split()
+    return (ROOT / "ros" / package / "launch" / file).exists()
+
+
 KINDS: tuple[tuple[str, Callable[[str], bool]], ...] = (
     (r"make (\w+)", is_target),
+    (r"ros2 launch (\w+ \S+)", is_launch_file),
     (r"bioscara (\w+).*", COMMANDS.__contains__),
     (r"<(\w+)>", TAGS.__contains__),
     (r"(LICENSE|.*/.*)", lambda path: (ROOT / path).exists()),
@@ -147,7 +161,8 @@ def exists(name: str, objects: dict[str, Any]) -> bool:
 @pytest.mark.parametrize(
     "name",
     ["Joint.nothing()", "Register.NOTHING", "bioscara.nothing", "bioscara.drivers.Nothing",
-     "bioscara nothing", "<nothing>", "joints.j1.nothing", "docs/nothing.md", "make nothing"],
+     "bioscara nothing", "<nothing>", "joints.j1.nothing", "docs/nothing.md", "make nothing",
+     "ros2 launch scene_bringup nothing.launch.py"],
 )  # fmt: skip
 def test_a_name_that_does_not_exist_is_noticed(name: str, objects: dict[str, Any]) -> None:
     assert not exists(name, objects)
@@ -168,6 +183,121 @@ def test_each_original_name_has_a_row() -> None:
     names = {name for line in lines if not line.startswith("#") for name in line.split()}
     listed = {name for row in ROWS for name in row.original}
     assert sorted(names - listed) == []
+
+
+def test_names_that_are_the_same_are_in_the_files_of_their_row() -> None:
+    same = [row for row in ROWS if row.differs.startswith("the same") and "ros/" in row.new[0]]
+    assert len(same) > 10
+    missing = []
+    for row in same:
+        paths = [path for name in row.new for path in ((ROOT / name), *(ROOT / name).rglob("*"))]
+        texts = [path.read_text() for path in paths if path.is_file() and path.suffix != ".stl"]
+        names = {path.name.removesuffix(".yaml").removesuffix(".launch.py") for path in paths}
+        names |= {path.name for path in paths}
+        for name in row.original:
+            word = re.compile(rf"(?<![\w.]){re.escape(name)}(?!\w)")
+            if name not in names and not any(word.search(text) for text in texts):
+                missing.append(name)
+    assert missing == []
+
+
+def calls(joint: Any) -> list[tuple[str, str, tuple[Any, ...], str]]:
+    """Return calls with the original's arguments, in an order in which a program makes them.
+
+    Each is an original name, the new one, the arguments, and the refusal; empty for none.
+    """
+    seek, offset = joint.parameters.homing, joint.parameters.home_position
+    approach = (seek.velocity, seek.threshold, seek.current_percent)
+    j4, off = joint.parameters, Register.DISABLECLOSEDLOOP
+    return [
+        ("init", "Joint.init()", (), ""),
+        ("getPosition", "Joint.get_position()", (), "j4: no position before home()"),
+        ("enable", "Joint.enable()", (20, 20), ""),
+        ("home", "Joint.home()", (seek.velocity, 30, 15), ""),
+        ("setPosition", "Joint.set_position()", (offset - 0.01,), ""),
+        ("setVelocity", "Joint.set_velocity()", (-0.1,), ""),
+        ("stop", "Joint.stop()", (), ""),
+        ("stop_homing", "Joint.stop()", (), ""),
+        ("moveSteps", "Joint.move_steps()", (-100,), ""),
+        ("getPosition", "Joint.get_position()", (), ""),
+        ("getVelocity", "Joint.get_velocity()", (), ""),
+        ("checkOrientation", "Joint.check_orientation()", (10,), "in rad: 10 degrees are 0.17453"),
+        ("setDriveCurrent", "Joint.settings.set_drive_current()", (20,), ""),
+        ("setHoldCurrent", "Joint.settings.set_hold_current()", (20,), ""),
+        ("setBrakeMode", "Joint.settings.set_brake_mode()", (1,), ""),
+        ("setMaxAcceleration", "Joint.set_max_acceleration()", (j4.max_acceleration,), ""),
+        ("enableStallguard", "Joint.settings.enable_stallguard()", (6,), ""),
+        ("enableStallguard", "Joint.settings.enable_stallguard()", (0,), "outside 1 .. 255"),
+        ("clearStall", "Joint.clear_stall()", (), ""),
+        ("isHomed", "Joint.is_homed()", (), ""),
+        ("isEnabled", "Joint.is_enabled()", (), ""),
+        ("isStalled", "Joint.is_stalled()", (), ""),
+        ("isBusy", "Joint.is_busy()", (), ""),
+        ("getFlags", "Joint.get_flags()", (), ""),
+        ("checkCom", "Joint.check_communication()", (), ""),
+        ("getHomingOffset", "Joint.feedback.read_offset()", (), ""),
+        ("setHomingOffset", "Joint.feedback.store_offset()", (offset,), ""),
+        ("printInfo", "Joint.read_state()", (), ""),
+        ("read", "Joint.session.read()", (Register.ANGLEMOVED,), ""),
+        ("write", "Joint.session.write()", (Register.SETCURRENT, 20), ""),
+        ("_home", "Joint.start_homing()", (0.0, 30, 15), "0 has no direction"),
+        ("startHoming", "Joint.start_homing()", approach, ""),
+        ("postHoming", "Joint.post_homing()", (), "homing is still running"),
+        ("stop_homing", "Joint.stop()", (), ""),
+        ("enable", "Joint.enable()", (), ""),
+        ("setMaxVelocity", "Joint.set_max_velocity()", (j4.max_velocity,), ""),
+        ("disableCL", "Joint.settings.disable_closed_loop()", (), ""),
+        ("write", "Joint.session.write()", (off, 0), ""),
+        ("disable", "Joint.disable()", (), ""),
+        ("deinit", "Joint.deinit()", (), ""),
+    ]
+
+
+@pytest.mark.parametrize("kind", [{}, {"v1_frames": True}, {"v1": True}], ids=str)
+def test_each_function_of_a_joint_takes_the_arguments_of_the_original(kind: Any) -> None:
+    """Or it is refused with a remedy, where the page says so."""
+    world = World(**kind)
+    joint = world.joints[3]
+    tried = calls(joint)
+    for original, new, arguments, refusal in tried:
+        with entry(f"{original}{arguments}"):
+            assert any(original in row.original and new in row.new for row in ROWS)
+            function = attrgetter(new.removeprefix("Joint.").removesuffix("()"))(joint)
+            with pytest.raises(BioscaraError) if refusal else nullcontext() as refused:
+                function(*arguments)
+            assert refusal in str(refused.value if refused else "")
+        world.arm.run(0.02)
+    named = {name for row in ROWS for name in row.new if re.fullmatch(r"Joint\..*\(\)", name)}
+    assert named == {new for _, new, *_ in tried if new.endswith("()")}
+
+
+def test_the_transmission_is_that_of_the_original() -> None:
+    for joint in load_parameters().joints:
+        offset = joint.home_position
+        transmission = drivers.Transmission(joint.reduction, offset)
+        for position in (joint.lower, 0.1, joint.upper):
+            degrees = transmission.position_to_deg(position)
+            assert math.radians(degrees) == pytest.approx((position - offset) * joint.reduction)
+            assert transmission.position_from_deg(degrees) == pytest.approx(position)
+
+
+def test_the_gripper_refuses_the_units_of_the_original(tmp_path: Path) -> None:
+    arm, jaws = SimulatedArm(), load_parameters().gripper
+    with SimulatedServo(jaws.outputs[0]) as servo:
+        pwm: Any = Pwm(jaws.outputs, arm.clock, servo.root)
+        gripper = Gripper(pwm, jaws, tmp_path / "last_pos")
+        gripper.enable()
+        gripper.set_servo_angle(10)
+        pulse = pwm.pulse()
+        for function, arguments, refusal in (
+            (gripper.set_width, (60,), "60 mm are 0.06"),
+            (pwm.start, (0, 50, 7.5, 2), "takes 3 positional arguments"),
+            (pwm.start, (50, 7.5), "PWM period: 50 s is outside 0 .. 4 s"),
+            (pwm.set_pulse, (7.5,), "PWM pulse: 7.5 s is outside 0 .. 4 s"),
+        ):
+            with entry(function), pytest.raises((BioscaraError, TypeError), match=refusal):
+                function(*arguments)
+            assert pwm.pulse() == pulse
 
 
 def test_each_name_of_the_drivers_is_on_the_page(objects: dict[str, Any]) -> None:

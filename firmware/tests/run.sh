@@ -8,7 +8,7 @@ mkdir -p "$build"
 warnings="-Wall -Wextra -Werror"
 core=(../joint/src/core/*.cpp)
 world=(../sim/src/*.cpp)
-host=(${CXX:-c++} -std=c++17 $warnings -O1 -g)
+host=(${CXX:-c++} -std=c++17 $warnings -O1 -g -ffp-contract=off)
 
 tests=(main.cpp test_*.cpp "${core[@]}" "${world[@]}" -o "$build/tests")
 if [ "${1:-}" = tests ]; then
@@ -22,7 +22,7 @@ echo "host tests under address and undefined-behaviour sanitizers"
 
 echo "fuzzing the frame decoder"
 fuzzer=(fuzz.cpp "${core[@]}" "${world[@]}" -o "$build/fuzz")
-if clang++ -std=c++17 $warnings -O1 -g -DBIOSCARA_LIBFUZZER -fno-sanitize-recover=all \
+if clang++ -std=c++17 $warnings -O1 -g -ffp-contract=off -DBIOSCARA_LIBFUZZER -fno-sanitize-recover=all \
   -fsanitize=fuzzer,address,undefined "${fuzzer[@]}" 2>"$build/clang.log"; then
   mkdir -p "$build/corpus"
   "$build/fuzz" -runs=100000 -max_len=66 -seed=1 -verbosity=0 -print_final_stats=1 \

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import struct
 import subprocess
@@ -168,6 +169,17 @@ def test_an_image_has_no_heap_no_exceptions_and_no_double_arithmetic(
     assert not HEAP & set(symbols)
     assert not [name for name in symbols if name.startswith(EXCEPTIONS)]
     assert not [name for name in symbols if name.startswith("__aeabi_d")]
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+def test_an_image_rounds_as_the_simulation_does(images: str, joint: int) -> None:
+    """As tests/firmware/test_emulated_bits.py sees in the runs that it tries."""
+    command = ["arm-none-eabi-objdump", "-d", str(BUILD / f"j{joint}.elf")]
+    listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert re.search(r"\tvmul\.f32\t", listing)
+    assert not re.search(r"\tvfn?m[as]\.f32\t", listing)
+    inexact = re.compile(r"(__ieee754_|__kernel_)?(a?(sin|cos|tan)h?|atan2|exp|log|pow|cbrt)f?")
+    assert not [name for name in _symbols(joint) if inexact.fullmatch(name)]
 
 
 @pytest.mark.parametrize("joint", JOINTS)

@@ -365,6 +365,22 @@ def test_wrong_values_are_named() -> None:
         READ[Register.PING].encode_v1((1,))
 
 
+def test_padding_may_be_given_as_the_zeros_of_the_original_driver() -> None:
+    padded = 0
+    for message in WRITE.values():
+        fields = [field for field in message.definition.written if not field.padding]
+        zeros = (0,) * (len(message.definition.written) - len(fields))
+        if not zeros:
+            continue
+        padded += 1
+        values = (1,) * len(fields)
+        assert message.encode_v1(values + zeros) == message.encode_v1(values)
+        for wrong in ((*zeros[:-1], 1), (*zeros, 0), (*zeros[:-1], None)):
+            with pytest.raises(InvalidArgumentError, match=f"{message.register.name} takes "):
+                message.encode_v1((*values, *wrong))  # type: ignore[arg-type]
+    assert padded >= 7
+
+
 def test_version_1_answers_never_set_the_upper_flags() -> None:
     with pytest.raises(CorruptFrameError, match="bits 4"):
         WRITE[Register.STOP].decode_v1(b"\x10")

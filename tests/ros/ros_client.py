@@ -162,6 +162,20 @@ class Clients:
             publisher.publish(filled_in)
             time.sleep(period)
 
+    def play(
+        self,
+        type: str,  # noqa: A002
+        topic: str,
+        messages: list[dict[str, Any]],
+        period: float,
+    ) -> Any:
+        """Publish messages, one each period."""
+        self.publish(type, topic, messages[0])
+        begin, made = time.monotonic(), [filled(type_of(type)(), each) for each in messages[1:]]
+        for number, message in enumerate(made, 1):
+            time.sleep(max(begin + number * period - time.monotonic(), 0.0))
+            self.publishers[topic].publish(message)
+
     def stream(self, topic: str, values: list[float], step: float, period: float) -> Any:
         """Begin to publish numbers, of which the first grows by a step each time."""
         message: dict[str, Any] = {"data": values}

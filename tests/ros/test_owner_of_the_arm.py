@@ -35,6 +35,9 @@ from unread import unread
 pytestmark = pytest.mark.ros
 SLOWLY = goal(near(0.2, at=60.0))
 """A goal that outlasts a test."""
+WITH_GPIO = URDF.read_text().replace("</hardware>", '</hardware><gpio name="home"/>', 1)
+GPIO_COMPLAINT = "robot_description, line 476: bioscara_arm: <gpio> is not read"
+"""The reason why it is refused: the original's manual has an interface of this kind."""
 
 
 @pytest.fixture(scope="module")
@@ -84,11 +87,15 @@ def lease_is_free(robot: RemoteRobot) -> bool:
     return True
 
 
-def test_a_description_of_another_arm_ends_the_node(site: Rig) -> None:
-    text = URDF.read_text().replace('"reduction">35.0', '"reduction">34.0')
-    with site.node(description=text) as node:
-        wait_until(lambda: node.poll() is not None, "the end of the node")
-    site.logged("j1: <param> reduction is 34.0, and 35 in the parameters")
+def test_a_description_of_another_arm_or_with_unread_tags_ends_the_node(site: Rig) -> None:
+    other = URDF.read_text().replace('"reduction">35.0', '"reduction">34.0')
+    for text, complaint in (
+        (other, "j1: <param> reduction is 34.0, and 35 in the parameters"),
+        (WITH_GPIO, GPIO_COMPLAINT),
+    ):
+        with site.node(description=text) as node:
+            wait_until(lambda: node.poll() is not None, "the end of the node")
+        site.logged(complaint)
 
 
 def test_rule_42_services_appear_with_the_description_and_a_second_one_is_ignored(
@@ -98,8 +105,8 @@ def test_rule_42_services_appear_with_the_description_and_a_second_one_is_ignore
     with site.node(description=""):
         site.logged("waiting for robot_description")
         assert f"{MANAGER}/list_controllers" not in ros.do("graph")["services"]
-        ros.do("publish", type=kind, topic=topic, message={"data": "<robot/>"}, qos=qos)
-        site.logged("the description on the topic cannot be used")
+        ros.do("publish", type=kind, topic=topic, message={"data": WITH_GPIO}, qos=qos)
+        site.logged(f"the description on the topic cannot be used: {GPIO_COMPLAINT}")
         text = URDF.read_text()
         ros.do("publish", type=kind, topic=topic, message={"data": text}, qos=qos)
         assert ros.components().keys() == {"bioscara_arm", "bioscara_gripper_128"}

@@ -14,11 +14,9 @@ from bioscara.errors import GoalRejectedError
 from bioscara.ros import requests
 from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm_time import ArmTime
+from ros.descriptions import LEFT, renamed
 
-NAMES = "".join(f'<joint name="left_{joint}"/>' for joint in ("j1", "j2", "j3", "j4"))
-DESCRIPTION = RobotDescription(
-    f'<robot name="r"><ros2_control name="a" type="system">{NAMES}</ros2_control></robot>'
-)
+DESCRIPTION = RobotDescription(renamed(LEFT, "bioscara_arm"))
 
 
 def at(seconds: float) -> Message:

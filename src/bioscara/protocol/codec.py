@@ -88,8 +88,8 @@ class Message:
             (*field_bounds(field), 0.0 if field.kind is Kind.F32 else field.scale)
             for field in self._fields
         )
-        padding = len(written) - len(self._fields)
-        request = f"<B{''.join(field.kind.value for field in self._fields)}{padding}x"
+        self._padding = len(written) - len(self._fields)
+        request = f"<B{''.join(field.kind.value for field in self._fields)}{self._padding}x"
         answer = f"<{''.join(field.kind.value for field in read)}B"
         self._request, self._sealed_request = struct.Struct(request), struct.Struct(request + "B")
         self._answer, self._sealed_answer = struct.Struct(answer), struct.Struct(answer + "BB")
@@ -106,7 +106,8 @@ class Message:
         """Return the version 1 request.
 
         Args:
-            values: The payload's values in wire order, without padding, in the table's units.
+            values: The payload's values in wire order, in the table's units; padding is left out,
+                or given as zeros.
 
         Raises:
             InvalidArgumentError: Wrong number of values, or one is not finite.
@@ -170,10 +171,7 @@ class Message:
     def _wire(self, values: Sequence[float]) -> list[float]:
         """Return the numbers to pack for these values."""
         if len(values) != len(self._encodings):
-            names = ", ".join(field.name for field in self._fields) or "no values"
-            raise InvalidArgumentError(
-                f"{self.register.name} takes {names}; {len(values)} values were given"
-            )
+            values = self._without_zeros(values)
         wire: list[float] = []
         for value, (lower, upper, step) in zip(values, self._encodings, strict=True):
             if not lower <= value <= upper:
@@ -185,6 +183,20 @@ class Message:
             else:
                 wire.append(round(value / step))
         return wire
+
+    def _without_zeros(self, values: Sequence[float]) -> Sequence[float]:
+        """Return the values without the zeros that the original driver gives for padding.
+
+        Raises:
+            InvalidArgumentError: There are too many or too few, or one of these is not zero.
+        """
+        known = len(self._encodings)
+        if len(values) == known + self._padding and all(value == 0 for value in values[known:]):
+            return values[:known]
+        names = ", ".join(field.name for field in self._fields) or "no values"
+        raise InvalidArgumentError(
+            f"{self.register.name} takes {names}; {len(values)} values were given"
+        )
 
     def _values(self, unpacked: tuple[float, ...]) -> Answer:
         """Return the answer that consists of these numbers; the last one is the flags."""

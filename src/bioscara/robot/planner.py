@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -35,6 +36,7 @@ from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.planning.moving_average import averaged, most_jerk, velocity_jumps
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
+from bioscara.planning.trajectory.rounding import rounded
 from bioscara.robot.workspace.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -48,6 +50,9 @@ _END_STOP_TOLERANCE = 1e-3
 _JERK_SHARE = 2.0
 """Share of its highest acceleration by which a joint's acceleration may rise per time without
 oscillation [1/s]."""
+_ROUNDINGS, _LONGER, _ENOUGH = 30, 1.08, 1.0 + 1e-3
+"""How often a duration is tried in which corners can be rounded, the factor to the next one where
+it is too short for them, and the factor by which a limit may be exceeded by rounding errors."""
 
 
 @lru_cache(maxsize=4)
@@ -553,7 +558,7 @@ class Planner:
         limits = [
             # A joint beyond a limit can only have been pushed there: it may only move back.
             MotionLimits.of(limit)._replace(lower=min(limit.lower, at), upper=max(limit.upper, at))
-            for limit, at in zip(self._limits, self.here(), strict=True)
+            for limit, at in zip(self._limits, self._measured(), strict=True)
         ]
         notes = check(trajectory, limits)
         here = Joints(*elsewhere)
@@ -564,13 +569,24 @@ class Planner:
         return self._collision_free(trajectory, here, tuple(notes), slowdown=slowdown)
 
     def _smoothed(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float]:
-        """Smooth a joint motion by averaging, unless full speed is enabled.
+        """Smooth a joint motion, unless full speed is enabled.
+
+        Lines between points are rounded at the points where the motion then takes as long as it
+        was asked to, and else where it is shorter than the averaged one.
 
         Returns:
-            The motion, and the factor in time by which it was slowed down before averaging.
+            The motion, and the factor in time by which it was slowed down before that.
         """
         if not self.workspace.reduced_speed:
             return trajectory, 1.0
+        found = self._rounded(trajectory, here) if trajectory.velocities is None else None
+        if found is not None and found[1] == 1.0:
+            return found
+        smooth = self._averaged(trajectory, here)
+        return found if found is not None and found[0].duration < smooth[0].duration else smooth
+
+    def _averaged(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float]:
+        """Average a motion over the periods of the belts, as :meth:`_smoothed`."""
         # Slow down before averaging. Stretching an averaged motion would stretch the window too,
         # which must match the belt's period; and a motion that is slow enough needs no averaging.
         speed = self.workspace.commanded_speed
@@ -593,6 +609,32 @@ class Planner:
             smooth = trajectory
         # Between its points the averaged curve may exceed a limit by a thousandth.
         return stretched(smooth, stretch_factor(smooth, self._limits)), factor
+
+    def _rounded(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float] | None:
+        """Round the corners of a motion through points without velocities, as :meth:`_smoothed`.
+
+        It takes as long as before where that is slow enough. None where no such motion is found.
+        """
+        by_name = {limit.name: limit for limit in self._limits}
+        highest = [_JERK_SHARE * by_name[name].max_acceleration for name in trajectory.joint_names]
+        speed, factor, share = self.workspace.commanded_speed, 1.0, 1.0
+        for _ in range(_ROUNDINGS):
+            motion = rounded(stretched(trajectory, factor), [share * jerk for jerk in highest])
+            if motion is None:
+                factor *= _LONGER
+                continue
+            slower = max(
+                stretch_factor(motion, self._limits),
+                reduced(motion, self.kinematics, here, speed)[1],
+            )
+            jerks = most_jerk(motion).tolist()
+            steeper = max(map(operator.truediv, jerks, highest))
+            if slower <= _ENOUGH and steeper <= _ENOUGH:
+                return motion, factor
+            factor *= slower
+            # Corners near to each other add up.
+            share /= max(steeper, 1.0)
+        return None
 
     def _joint_positions(self, what: str, joints: Sequence[float]) -> Joints:
         values = numbers(what, joints, "give one for each joint", error=TrajectoryError)

@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import KeyValue
 from bioscara.api import messages as m
 from bioscara.control.faults.kinds import ArmFault, FaultKind
 from bioscara.ros import messages
-from bioscara.ros.arm.description import Component
+from bioscara.ros.arm.control_tags import Component
 
 State = GenericHardwareState
 _POWER = {"active": State.POWER_ON, "inactive": State.POWER_STANDBY}

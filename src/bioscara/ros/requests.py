@@ -9,8 +9,9 @@ from typing import Any
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
 from bioscara.errors import GoalRejectedError
+from bioscara.ros.arm.control_tags import GRIPPER_JOINT
 from bioscara.ros.arm.described_values import check
-from bioscara.ros.arm.description import GRIPPER_JOINT, RobotDescription
+from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.arm_time import ArmTime
 
 

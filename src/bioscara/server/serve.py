@@ -110,7 +110,7 @@ async def serve(
     # Before the loop: its priority and its locked memory are not theirs.
     start_early(MODULES)
     planning = MotionPlanning()
-    planning.start()
+    planning.start(robot.runner.arm.workspace)
     robot.runner.arm.planning = planning
     robot.watch(priority=settings.priority, real_time_factor=settings.real_time_factor)
     server = ApiProcess(owner, claim, settings.evidence, group)

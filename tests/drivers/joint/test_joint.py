@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -567,6 +568,30 @@ def test_homing_can_be_cancelled() -> None:
         joint.post_homing()
 
 
+@BOTH
+def test_functions_are_called_as_documented_or_refused_before_anything_moves(v1: bool) -> None:
+    world, joint = greeted("j1", v1=v1)
+    joint.enable()
+    seen: list[float] = []
+    asked: list[float] = []
+
+    def cancel() -> bool:
+        asked.append(joint.last.stamp)
+        return False
+
+    joint.move_steps(STEPS, lambda sample: seen.append(sample.stamp), cancel)
+    assert len(seen) > 1
+    assert asked == seen[:-1]  # The last sample is that of the end.
+    world.tap.calls.clear()
+    begins: list[Callable[..., object]] = [joint.home, partial(joint.move_steps, STEPS)]
+    for begin in begins:
+        with pytest.raises(InvalidArgumentError, match="cancel is called without arguments: "):
+            begin(cancel=lambda sample: sample)
+        with pytest.raises(InvalidArgumentError, match="progress is called with the sample: "):
+            begin(progress=lambda: None)
+    assert world.tap.calls == []
+
+
 def test_homing_without_end_stop_fails_with_the_fault() -> None:
     world = World()
     joint = world.joints[3]
@@ -861,6 +886,13 @@ def test_errors_have_the_codes_of_the_original_driver() -> None:
     assert codes == [-1, -5, -109, -2, -3, -101, -102, -102, -109]
 
 
+def push(world: World, joint: Joint) -> None:
+    """Move j1 from its end stop against an obstacle, for up to 4 s."""
+    for _ in range(200):
+        joint.set_position(-2.5)
+        world.arm.run(0.02)
+
+
 @BOTH
 def test_a_stall_that_is_cleared_lets_the_joint_move_on(v1: bool) -> None:
     world, joint = ready("j1", v1=v1)
@@ -871,13 +903,8 @@ def test_a_stall_that_is_cleared_lets_the_joint_move_on(v1: bool) -> None:
     else:
         world.arm.add_obstacle("j1", -2.9)
 
-    def push() -> None:
-        for _ in range(200):
-            joint.set_position(-2.5)
-            world.arm.run(0.02)
-
     with pytest.raises(StalledError) as caught:
-        push()
+        push(world, joint)
     assert caught.value.code == -4
     world.arm.run(0.5)
     before = joint.get_position()
@@ -891,6 +918,28 @@ def test_a_stall_that_is_cleared_lets_the_joint_move_on(v1: bool) -> None:
         joint.set_position(target)
         world.arm.run(0.02)
     assert joint.get_position() == pytest.approx(target, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", [{}, {"v1_frames": True}, {"v1": True}], ids=str)
+def test_the_stall_guard_neither_clears_nor_hides_a_stall(kind: dict[str, bool]) -> None:
+    world, joint = ready("j1", **kind)
+    guard = joint.settings.enable_stallguard
+    guard()
+    if "v1" in kind:  # An original joint rarely notices an obstacle.
+        guard(1)
+    else:
+        world.arm.add_obstacle("j1", -2.9)
+    with pytest.raises(StalledError):
+        push(world, joint)
+    for threshold in (None, 6, 255):
+        world.tap.calls.clear()
+        with pytest.raises(StalledError, match=r"j1: the joint stalled; .*clear_stall\(\)"):
+            guard(threshold)
+        assert world.tap.count(Register.ENABLESTALLGUARD) == 0
+        assert joint.is_stalled()
+    joint.clear_stall()
+    guard()
+    assert not joint.is_stalled()
 
 
 def test_clearing_a_stall_keeps_another_fault() -> None:

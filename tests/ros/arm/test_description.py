@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -18,17 +19,11 @@ from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.ros.arm.description import RobotDescription
+from entries import entry
+from ros.descriptions import LEFT, renamed
 from ros.share import expand
 
-SYSTEM = '<ros2_control name="{name}" type="system">{joints}</ros2_control>'
-
-
-def described(*components: tuple[str, str]) -> RobotDescription:
-    tags = [
-        SYSTEM.format(name=name, joints="".join(f'<joint name="{j}"/>' for j in joints.split()))
-        for name, joints in components
-    ]
-    return RobotDescription(f"<robot name='r'>{''.join(tags)}</robot>")
+TEXT = URDF.read_text()
 
 
 def test_rule_42_the_description_of_the_arm_has_both_components_under_their_names() -> None:
@@ -41,7 +36,7 @@ def test_rule_42_the_description_of_the_arm_has_both_components_under_their_name
 
 
 def test_names_with_a_prefix_are_translated_both_ways() -> None:
-    description = described(("left_arm", "left_j2 left_j1 left_j3 left_j4"), ("jaws", "left_grip"))
+    description = RobotDescription(renamed({**LEFT, "gripper": "left_grip"}))
     assert description.owners("left_j2/velocity") == "j2/velocity"
     assert description.described("gripper/position") == "left_grip/position"
     assert description.owners("other/position") == "other/position"
@@ -51,29 +46,145 @@ def test_names_with_a_prefix_are_translated_both_ways() -> None:
 
 
 def test_a_description_without_gripper_has_no_interface_of_it() -> None:
-    description = described(("arm", "j1 j2 j3 j4"))
+    description = RobotDescription(renamed({}, "bioscara_arm"))
     assert not description.has("gripper/position")
     assert description.component_of(["gripper/position"]) is None
     found = description.component_of(["j1/home"])
     assert found is not None
-    assert found.name == "arm"
+    assert found.name == "bioscara_arm"
 
 
-@pytest.mark.parametrize(
-    ("components", "complaint"),
-    [
-        ((), "there is no <ros2_control>"),
-        ((("arm", "j1 j2 j3"),), "component arm has the joints j1, j2, j3; it is an arm with j1"),
-        ((("arm", ""),), "component arm has the joints .none."),
-        ((("arm", "a_j1 a_j2 a_j3 b_j4"),), "all with the same prefix"),
-        ((("one", "grip"), ("two", "other")), "two <ros2_control> tags have the same joints"),
-    ],
-)
-def test_a_description_of_something_else_is_refused(
-    components: tuple[tuple[str, str], ...], complaint: str
-) -> None:
-    with pytest.raises(ConfigurationError, match=complaint):
-        described(*components)
+def param(name: str, value: str) -> str:
+    return f'<param name="{name}">{value}</param>'
+
+
+ARM, JAWS = ('<ros2_control name="bioscara_arm" type="system">',
+             '<ros2_control name="bioscara_gripper_128" type="system">')  # fmt: skip
+PLUGIN = "<plugin>bioscara/ArmHardware</plugin>"
+HOMED = '<command_interface name="home"/>'
+J1 = '    <joint name="j1">\n      <param'
+BELT = JAWS.replace("bioscara_gripper_128", "conveyor")
+UNREAD = [
+    # Kind, old, new, text of the message; the first occurrence is that of j1 or the gripper.
+    ("gpio", J1, '<gpio name="home"/>' + J1,
+     "<gpio> is not read; every interface is one of a joint, home too"),
+    ("foreign", J1, '<sensor name="force"/>' + J1, "bioscara_arm: <sensor> is not read"),
+    ("foreign", J1, '<xacro:joint_control name="j1"/>' + J1, "<xacro:joint_control> is not read"),
+    ("foreign", JAWS, BELT + "<joint name='belt'/></ros2_control>" + JAWS,
+     "belt: <param> reduction is missing"),
+    ("foreign", JAWS, BELT + "<joint name='a'/><joint name='b'/></ros2_control>" + JAWS,
+     "hardware component conveyor has the joints a, b; it is an arm with j1, j2, j3, j4, all"),
+    ("foreign", '    <joint name="j1">', '    <joint name="j5">', "has the joints j5, j2, j3, j4"),
+    ("foreign", '    <joint name="j1">', '    <joint name="left_j1">', "the same prefix or none"),
+    ("foreign", 'type="system"', 'type="sensor"', "type 'sensor' is not one of system, actuator"),
+    ("foreign", '<joint name="j1" type="revolute">', '<joint name="j1" type="prismatic">',
+     "j1: type 'prismatic' is not revolute: its position is in rad"),
+    ("unknown", param("reduction", "35.0"), param("reducton", "35.0"),
+     "j1: <param> reducton is not known; did you mean reduction?"),
+    ("unknown", HOMED, '<command_interface name="effort"/>',
+     "j1: <command_interface> effort is not known; known here: position, velocity, home"),
+    ("unknown", HOMED, '<comand_interface name="home"/>', "did you mean command_interface?"),
+    ("unknown", '<state_interface name="velocity"/>', '<state_interface name="velocty"/>',
+     "j1: <state_interface> velocty is not known; did you mean velocity?"),
+    ("unknown", ARM, ARM.replace(">", ' rw_rate="10">'),
+     "<ros2_control> rw_rate is not read; its attributes are name, type"),
+    ("unknown", '    <joint name="j1">', '    <joint name="j1" mimic="false">', "<joint> mimic is"),
+    ("unknown", HOMED, HOMED.replace("/>", ' data_type="bool"/>'), "data_type is not read"),
+    ("unknown", PLUGIN, PLUGIN.replace(">", ' version="2">', 1), "<plugin> version is not read"),
+    ("unknown", PLUGIN, PLUGIN + param("bus", "1"), "<param> of <hardware> is not read"),
+    ("missing", param("reduction", "35.0"), "",
+     "j1: <param> reduction is missing; it has each of i2c_address, reduction, min"),
+    ("missing", param("homing_acceleration", "0.01"), "", "<param> homing_acceleration is missing"),
+    ("missing", param("offset", "0.058"), "", "gripper: <param> offset is missing"),
+    ("missing", HOMED, "", "j1: <command_interface> home is missing"),
+    ("missing", '<state_interface name="home"/>', "", "j1: <state_interface> home is missing"),
+    ("missing", PLUGIN, "", "bioscara_arm: <hardware> does not name one <plugin>"),
+    ("missing", PLUGIN, "<plugin/>", "bioscara_arm: <hardware> does not name one <plugin>"),
+    ("missing", 'name="i2c_address"', "", "<param> has no name"),
+    ("missing", '<joint name="j1" type="revolute">', '<joint name="j9" type="revolute">',
+     "j1: the robot has 0 joints of that name"),
+    ("nested", param("homing_speed", "-0.03"),
+     f'<param name="homing">{param("speed", "-0.03")}{param("threshold", "30")}</param>',
+     "j1: <param> homing: its values are params of the joint here, not nested in one; write "),
+    ("nested", "35.0</param>", "35.0<b/></param>", "j1: <b> in reduction is nested, and not read"),
+    ("nested", HOMED, f'<command_interface name="home">{param("min", "0")}</command_interface>',
+     "j1: <param> in home is nested, and not read"),
+    ("nested", '<state_interface name="position"/>',
+     f'<state_interface name="position">{param("initial_value", "0")}</state_interface>',
+     "j1: <param> in position is nested, and not read"),
+    ("nested", '<command_interface name="position"/>',
+     f'<command_interface name="position">{param("initial_value", "0")}</command_interface>',
+     "<param> initial_value of a command interface is not read; it has a <param> min and"),
+    ("nested", ARM, "<link name='box'>" + ARM + "</ros2_control></link>" + ARM,
+     "<ros2_control> is inside of another tag"),
+    ("nested", ARM, ARM + ARM + "</ros2_control>", "<ros2_control> is inside of another tag"),
+    ("twice", param("max", "3.04647"), 2 * param("max", "3.04647"), "j1: <param> max is there twi"),
+    ("twice", HOMED, '<command_interface name="position"/>', "position is there twice"),
+    ("twice", '<command_interface name="position"/>',
+     f'<command_interface name="position">{2 * param("min", "0")}</command_interface>',
+     "<param> min of a command interface is not read"),
+    ("twice", '    <joint name="j2">', '    <joint name="j1">', "joint j1 is there twice"),
+    ("twice", "<hardware>", "<hardware/><hardware>", "bioscara_arm: 2 <hardware>; it has one"),
+    ("twice", 'name="bioscara_gripper_128"', 'name="bioscara_arm"',
+     "two <ros2_control> tags are named bioscara_arm"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", sorted({kind for kind, *_ in UNREAD}))
+def test_a_tag_that_would_have_no_effect_is_refused_with_its_line(kind: str) -> None:
+    """See decisions 0021 and 0033."""
+    for _, old, new, complaint in (row for row in UNREAD if row[0] == kind):
+        with entry(f"{old} -> {new}"):
+            assert old in TEXT
+            with pytest.raises(ConfigurationError) as caught:
+                RobotDescription(TEXT.replace(old, new, 1))
+            assert complaint in str(caught.value)
+            assert re.match(r"robot_description, line \d+: ", str(caught.value))
+
+
+def test_the_line_is_that_of_the_tag() -> None:
+    number = 1 + TEXT[: TEXT.index(HOMED)].count("\n")
+    with pytest.raises(ConfigurationError, match=f"line {number}: j1: <command_interface> effort"):
+        RobotDescription(TEXT.replace('_interface name="home"/>', '_interface name="effort"/>', 1))
+
+
+def test_each_tag_of_each_joint_is_required_once_under_its_name() -> None:
+    lines = TEXT.splitlines(keepends=True)
+    begin = next(number for number, line in enumerate(lines) if "<ros2_control" in line)
+    found = [
+        (number, match[1])
+        for number, line in enumerate(lines)
+        if number > begin and (match := re.search(r'<(?:param|\w+_interface) name="(\w+)"', line))
+    ]
+    assert len(found) == 4 * (13 + 6) + 5 + 3
+    for number, name in found:
+        line = lines[number]
+        for changed in ("", 2 * line, line.replace(f'"{name}"', f'"{name}x"')):
+            text = "".join((*lines[:number], changed, *lines[number + 1 :]))
+            refused = pytest.raises(ConfigurationError, match=rf"line \d+: .*{name}")
+            with entry(changed or f"without {line}"), refused:
+                RobotDescription(text)
+
+
+def test_a_second_arm_is_refused() -> None:
+    """One node is for one arm; two with the same gripper, too."""
+    root, other = ET.fromstring(TEXT), ET.fromstring(renamed(LEFT, "bioscara_arm"))
+    root.extend(each for each in other if each.attrib.get("name", "").startswith("left_"))
+    with pytest.raises(
+        ConfigurationError, match=r"line \d+: two <ros2_control> tags have the same"
+    ):
+        RobotDescription(ET.tostring(root, encoding="unicode"))
+
+
+def test_a_description_without_hardware_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"line 1: there is no <ros2_control>"):
+        RobotDescription("<robot name='r'/>")
+
+
+def test_names_may_have_quotes() -> None:
+    description = RobotDescription(renamed({"gripper": "le\"ft's"}))
+    assert description.compare(load_parameters()) == []
+    assert description.owners("le\"ft's/position") == "gripper/position"
 
 
 def test_text_that_is_no_description_is_refused() -> None:

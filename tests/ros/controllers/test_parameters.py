@@ -16,6 +16,7 @@ from bioscara.ros.arm.description import RobotDescription
 from bioscara.ros.controllers.parameter_names import known
 from bioscara.ros.controllers.parameter_sections import sections
 from bioscara.ros.controllers.parameters import for_owner, nested, without_effect
+from ros.descriptions import LEFT, renamed
 from ros.share import PACKAGES, parameters_of
 
 ARM = load_parameters()
@@ -149,9 +150,7 @@ def test_what_the_broadcaster_cannot_publish_is_refused(
 
 
 def test_prefixed_joints_have_the_names_of_the_owner() -> None:
-    text = "".join(f'<joint name="left_{joint}"/>' for joint in ("j1", "j2", "j3", "j4"))
-    tag = f'<ros2_control name="a" type="system">{text}</ros2_control>'
-    description = RobotDescription(f"<robot name='r'>{tag}</robot>")
+    description = RobotDescription(renamed(LEFT, "bioscara_arm"))
     flat = {"joints": ["left_j1"], "gains.left_j1.p": 1.0, "constraints.left_j1.goal": 0.1}
     assert for_owner(TRAJECTORY, flat, description) == {
         "joints": ["j1"],

@@ -48,6 +48,43 @@ def state_now(ros: Ros) -> dict[str, object]:
     return state
 
 
+@pytest.mark.parametrize(
+    ("controller", "fields"),
+    [(VELOCITY, ("velocities",)), (POSITION, ("velocities", "accelerations"))],
+)
+def test_a_stream_is_followed(ros: Ros, controller: str, fields: tuple[str, ...]) -> None:
+    """As tests/server/controllers/test_stream_tracking.py for each form, in virtual time.
+
+    It comes first in this file: it leaves no controllers.
+    """
+    rate, way = 2.0 * math.pi * 0.3, 0.05
+    messages = []
+    for number in range(300):
+        phase = rate * (0.02 * number + 0.02)
+        values = {
+            "velocities": [way * rate * math.sin(phase), 0.0, 0.0, 0.0],
+            "accelerations": [way * rate**2 * math.cos(phase), 0.0, 0.0, 0.0],
+        }
+        each = near(way * (1.0 - math.cos(phase)), at=0.02)
+        each.update({field: values[field] for field in fields})
+        messages.append({"joint_names": JOINTS, "points": [each]})
+    clear(ros)
+    energise(ros)
+    ros.spawn(controller)
+    go_home(ros, controller)
+    topic = f"/{controller}/controller_state"
+    ros.do("listen", type=STATE, topic=topic, qos="best_effort")
+    sent = {"type": TRAJECTORY, "topic": f"/{controller}/joint_trajectory"}
+    ros.do("play", messages=messages, period=0.02, **sent)
+    known = len(ros.do("heard", topic=topic))
+    heard = ros.do("heard", topic=topic, count=known + 30)
+    measured = [state["feedback"]["positions"][0] for _, state in heard]
+    assert max(measured) - min(measured) == pytest.approx(2.0 * way, rel=0.03)
+    assert measured[-1] == pytest.approx(messages[-1]["points"][0]["positions"][0], abs=1e-3)
+    ros.do("silence", topic=topic)
+    clear(ros)
+
+
 @pytest.mark.path
 def test_rule_32_and_35_a_goal_succeeds_with_feedback_and_within_50_ms(following: Ros) -> None:
     ros = following

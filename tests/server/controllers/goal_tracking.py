@@ -20,11 +20,12 @@ from bioscara.control.controllers.joint_trajectory import (
     JointTrajectoryController,
     Point,
 )
+from bioscara.model import ArmParameters
 from bioscara.remote import RemoteRobot
 from bioscara.server.serve import ServeSettings, serving
 from client_controllers import JOINTS, POSITION_JTC, VELOCITY_JTC, Site, parameter_file
 from served import HALF, NAME, own_robot, runtime_folder
-from simulated import simulated_bus
+from simulated import ARM, simulated_bus
 
 RATE = 50
 """Cycles per second, as in the bringup: velocities of four joints take more of the bus."""
@@ -93,13 +94,21 @@ def quintic(here: Sequence[float], there: Sequence[float], time: float) -> tuple
 
 
 @contextmanager
-def tracked(name: str) -> Iterator[tuple[Site, list[Cycle]]]:
-    """Serve an arm whose client has activated a controller, and record each cycle."""
+def tracked(
+    name: str, parameters: ArmParameters = ARM, speed: float = 20.0
+) -> Iterator[tuple[Site, list[Cycle]]]:
+    """Serve an arm whose client has activated a controller, and record each cycle.
+
+    Args:
+        name: The controller.
+        parameters: Of the arm.
+        speed: Factor by which its time is faster than real time.
+    """
     with runtime_folder() as folder:
         evidence, arm = folder / "faults", simulated_bus(seed=2, homed=True, at=HALF).arm
-        with own_robot(evidence, arm=arm, rate=RATE) as robot:
-            robot.move_joints(HALF)
-            settings = ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=20.0)
+        with own_robot(evidence, arm=arm, rate=RATE, parameters=parameters) as robot:
+            robot.enable()
+            settings = ServeSettings(NAME, "sim", evidence=evidence, real_time_factor=speed)
             with serving(robot, settings) as served, Robot.connect(f"arm:{NAME}") as client:
                 assert isinstance(client, RemoteRobot)
                 site = Site(served, client)

@@ -2,8 +2,6 @@
 // against its earlier value at the same place of the electrical period.
 #pragma once
 
-#include <math.h>
-
 #include "units.h"
 
 namespace bioscara {
@@ -84,10 +82,17 @@ class Touch {
     return sum / kPeriod;
   }
 
-  // Share of the full torque.
+  // Share of the full torque: the sine, by its power series, whose next term is less than half of
+  // the last bit up to a quarter of a turn. The C libraries of board and simulation have sines that
+  // differ in their last bit.
   static float torque(float growth) {
-    return sinf(clamp(growth, 0.0F, 0.25F * kElectricalPeriod) *
-                (6.2831853F / kElectricalPeriod));
+    const float angle =
+        clamp(growth, 0.0F, 0.25F * kElectricalPeriod) * (6.2831853F / kElectricalPeriod);
+    const float square = angle * angle;
+    float series = 1.0F;
+    for (float order = 11.0F; order > 1.0F; order -= 2.0F)
+      series = 1.0F - series * square / (order * (order - 1.0F));
+    return angle * series;
   }
 
   // At least so long at speed, until a load has swung out behind its belt [ticks].

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
 from bioscara.control.controllers.parameter_types import Parameters
@@ -39,6 +39,8 @@ class Controller(ABC, Generic[P]):
             was activated [rad/s or m/s], by joint; 0 for one that was at rest.
         limits: Those of the joints of the hardware that it commands, by joint; set before
             ``on_activate``.
+        lag_of: Returns how far what is sent to a joint lags behind its commands, as these are
+            averaged [rad or m]; set before ``on_activate``.
         command_handles: The claimed command interfaces while it is active.
         state_handles: The state interfaces while it is active.
         statistics: Of its updates since it was activated last.
@@ -53,6 +55,7 @@ class Controller(ABC, Generic[P]):
         self.nominal_period = 0.0
         self.commanded_speeds: dict[str, float] = {}
         self.limits: Mapping[str, JointParameters] = {}
+        self.lag_of: Callable[[str], float] = lambda _: 0.0
         self.command_handles: tuple[CommandInterface, ...] = ()
         self.state_handles: tuple[StateInterface, ...] = ()
         self.statistics = UpdateStatistics()

@@ -115,6 +115,11 @@ class Limiter:
         """Return the velocity that was commanded last, of those joints that have limits."""
         return {name: joint.speed for name, joint in self.joints.items() if name in joints}
 
+    def lag_of(self, joint: str) -> float:
+        """Return how far what is sent to a joint lags behind its commands [rad or m]."""
+        limiter = self.joints.get(joint)
+        return 0.0 if limiter is None else limiter.lag
+
     def apply(self, period: float, sources: Sequence[CommandSource]) -> None:
         """Bound every command.
 

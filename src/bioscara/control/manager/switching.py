@@ -211,7 +211,7 @@ class ControllerSwitcher:
                 raise SwitchError(f"{component.name} is {component.state.label}")
             limits.update(component.limits)
         schedule = Schedule(self._rate, controller.parameters.update_rate)
-        controller.limits = limits
+        controller.limits, controller.lag_of = limits, self._limiter.lag_of
         controller.nominal_period = 1.0 / schedule.rate
         controller.statistics = UpdateStatistics()
         controller.bind(self._claims.commands, self._claims.states)

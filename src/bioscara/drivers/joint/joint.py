@@ -343,7 +343,7 @@ class Joint:
             self.clear_fault(Fault.STALL.name)
         else:
             # Original firmware does not execute CLEARSTALL.
-            self.settings.enable_stallguard()
+            self.settings.restart_stallguard()
 
     def raise_fault(self) -> None:
         """Raise the latched fault, if the joint's last flags show one."""
@@ -404,7 +404,7 @@ class Joint:
             self.raise_fault()
             raise NotEnabledError(f"{self.name}: the motor did not engage", self.name)
         if parameters.stall_threshold:
-            settings.enable_stallguard()
+            settings.restart_stallguard()
         self._rest.set_acceleration(parameters.max_acceleration)
         settings.set_max_velocity(parameters.max_velocity)
 
@@ -473,32 +473,34 @@ class Joint:
     def home(
         self,
         velocity: float | None = None,
-        progress: Progress | None = None,
-        cancel: Cancel | None = None,
-        *,
         sensitivity: int | None = None,
         current: int | None = None,
+        *,
+        progress: Progress | None = None,
+        cancel: Cancel | None = None,
     ) -> None:
         """Seek the end stop and make it the joint's home; return when it is homed.
 
-        The joint is enabled first if need be, and stays enabled.
+        The joint is enabled first if need be, and stays enabled. The first three arguments are in
+        the original driver's order.
 
         Args:
             velocity: Least speed of the approach [rad/s or m/s]; its sign is the direction. None
                 for the configured one. Our firmware approaches at 95 rpm of the motor (j2: 110)
                 where that is faster.
-            progress: Called with each sample.
-            cancel: Called with each sample; True aborts homing, the joint is then not homed.
             sensitivity: Position error that counts as a touch, 1 to 255 [microsteps of the motor];
                 a smaller one is more sensitive. None for the configured one.
             current: Drive current while homing, 1 to 100 [%]; None for the configured one.
+            progress: Called with each sample.
+            cancel: Called without arguments after each sample before the end, which :attr:`last`
+                has then; True aborts homing, the joint is then not homed.
 
         Raises:
             HomingError: No trustworthy home was found; states the reason.
             MotionCancelledError: ``cancel`` returned True.
         """
         check_callbacks(progress, cancel)
-        self.start_homing(velocity, sensitivity=sensitivity, current=current)
+        self.start_homing(velocity, sensitivity, current)
         try:
             wait_through(
                 self.clock,
@@ -516,7 +518,6 @@ class Joint:
     def start_homing(
         self,
         velocity: float | None = None,
-        *,
         sensitivity: int | None = None,
         current: int | None = None,
     ) -> None:
@@ -670,10 +671,11 @@ class Joint:
         Args:
             steps: Microsteps; their sign is the motor's, not the joint's.
             progress: Called with each sample.
-            cancel: Called with each sample.
+            cancel: Called without arguments after each sample before the end, which :attr:`last`
+                has then; True stops the joint.
 
         Raises:
-            InvalidArgumentError: The number is not whole.
+            InvalidArgumentError: The number is not whole, or a function takes other arguments.
             LimitError: It would end outside the limits.
             IncorrectStateError: It did not arrive in twice the expected time.
             MotionCancelledError: ``cancel`` returned True.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from inspect import signature
 
 from bioscara.arguments import function
 from bioscara.clock import Clock, Waits
@@ -11,14 +12,14 @@ from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.sample import JointSample
 from bioscara.drivers.joint.transmission import DEG_PER_MICROSTEP
 from bioscara.drivers.link.session import Session
-from bioscara.errors import IncorrectStateError, MotionCancelledError
+from bioscara.errors import IncorrectStateError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import JointParameters
 from bioscara.protocol import WATCHDOG_MS, Flags, JointState, Register
 
 Progress = Callable[[JointSample], None]
 """Called with each sample while a motion runs."""
 Cancel = Callable[[], bool]
-"""Called at each sample; True ends the motion."""
+"""Called without arguments after each sample before the end; True ends the motion."""
 Done = Callable[[JointSample], bool]
 """Called with each sample; True if the motion has ended."""
 
@@ -71,7 +72,7 @@ class MotionMonitor:
             timeout: Longest duration [s].
             what: Name of the motion, for messages.
             progress: Called with each sample.
-            cancel: Called with each sample.
+            cancel: Called without arguments after each sample with which it is not ``done``.
 
         Raises:
             IncorrectStateError: ``timeout`` passed.
@@ -145,11 +146,20 @@ def not_busy(sample: JointSample) -> bool:
 
 
 def check_callbacks(progress: Progress | None, cancel: Cancel | None) -> None:
-    """Raise unless both can be called or are None.
+    """Raise unless both can be called as they will be, or are None.
 
     Raises:
         InvalidArgumentError: One cannot.
     """
-    for what, callback in (("progress", progress), ("cancel", cancel)):
-        if callback is not None:
-            function(what, callback)
+    for what, callback, given in (("progress", progress, ("the sample",)), ("cancel", cancel, ())):
+        if callback is None:
+            continue
+        function(what, callback)
+        try:
+            signature(callback).bind(*given)
+        except TypeError as error:
+            raise InvalidArgumentError(
+                f"{what} is called {f'with {given[0]}' if given else 'without arguments'}: {error}"
+            ) from error
+        except ValueError:
+            continue  # Some functions written in C have no signature.

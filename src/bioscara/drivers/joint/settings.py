@@ -9,7 +9,7 @@ from bioscara.drivers.joint.rest import Rest
 from bioscara.drivers.joint.transmission import Transmission
 from bioscara.drivers.link.original import ACCELERATION_DEG
 from bioscara.drivers.link.session import Session
-from bioscara.errors import IncorrectStateError, InvalidArgumentError, LimitError
+from bioscara.errors import IncorrectStateError, InvalidArgumentError, LimitError, StalledError
 from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Flags, Register
 
@@ -120,7 +120,7 @@ class Settings:
         self.max_velocity = velocity
 
     def enable_stallguard(self, threshold: int | None = None) -> None:
-        """Switch stall detection on; an earlier stall is cleared.
+        """Switch stall detection on, or change its threshold, of a joint that did not stall.
 
         Args:
             threshold: 1 to 255, lower is more sensitive; None for the configured one. A stall is
@@ -129,13 +129,31 @@ class Settings:
 
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
+            StalledError: The joint stalled; ``clear_stall()`` of the joint ends that.
         """
+        value = self._stall_threshold(threshold)
+        # The register clears the flag, and with version 1 the stall itself.
+        if self._session.read(Register.PING).flags & Flags.STALL:
+            name = self._parameters.name
+            remedy = "remove the obstacle, then clear_stall()"
+            raise StalledError(f"{name}: the joint stalled", name, remedy)
+        self._session.write(Register.ENABLESTALLGUARD, value)
+
+    def restart_stallguard(self) -> None:
+        """Switch stall detection on with the configured threshold, and clear the flag STALL.
+
+        Raises:
+            LimitError: The configured threshold is 0.
+        """
+        self._session.write(Register.ENABLESTALLGUARD, self._stall_threshold(None))
+
+    def _stall_threshold(self, threshold: int | None) -> int:
         value, what = self._parameters.stall_threshold, f"{self._parameters.name} stall threshold"
         if threshold is not None:
             value = whole(what, threshold)
         # Original firmware would stall at once with a threshold of zero.
         check_limit(what, value, 1, 255, "")
-        self._session.write(Register.ENABLESTALLGUARD, value)
+        return value
 
     def disable_closed_loop(self) -> None:
         """Switch position correction off, which also disables the joint.

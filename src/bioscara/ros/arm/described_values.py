@@ -171,16 +171,22 @@ def _values(parameters: ArmParameters, own: str) -> dict[str, float]:
 
 def _described(urdf: Urdf, joint: str) -> Iterator[Described]:
     """Yield the values that a description has for a joint."""
-    for element in urdf.root.iterfind(f"joint[@name='{joint}']/limit"):
-        for tag, name in _LIMITS.items():
-            if name in element.attrib:
-                yield Described(tag, f"<limit> {name}", element.attrib[name], element)
-    for controlled in urdf.root.iterfind(f"ros2_control/joint[@name='{joint}']"):
+    for element in _of_joint(urdf, "joint", joint):
+        for limit in element.findall("limit"):
+            for tag, name in _LIMITS.items():
+                if name in limit.attrib:
+                    yield Described(tag, f"<limit> {name}", limit.attrib[name], limit)
+    for controlled in _of_joint(urdf, "ros2_control/joint", joint):
         for param in controlled.findall("param"):
             name = param.attrib.get("name", "")
             yield Described(name, f"<param> {name}", (param.text or "").strip(), param)
         for command in controlled.findall("command_interface"):
             yield from _of_interface(command)
+
+
+def _of_joint(urdf: Urdf, path: str, joint: str) -> list[Element]:
+    # Not by a predicate of the path, in which a name with a quote is an error.
+    return [element for element in urdf.root.iterfind(path) if element.get("name") == joint]
 
 
 def _of_interface(command: Element) -> Iterator[Described]:
@@ -197,6 +203,8 @@ def _of_interface(command: Element) -> Iterator[Described]:
 
 def _number(text: str) -> float:
     """Return a number as written, also an address; NaN for anything else."""
+    if "_" in text:
+        return math.nan  # Python would read 1_0 as 10.
     try:
         return float(int(text, 16)) if text.lower().startswith("0x") else float(text)
     except ValueError:

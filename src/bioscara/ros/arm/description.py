@@ -3,32 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
-from bioscara.errors import ConfigurationError
 from bioscara.hardware import Urdf
 from bioscara.model import ArmParameters
-from bioscara.model.parameters import JOINTS
+from bioscara.ros.arm.control_tags import Component, read_components
 from bioscara.ros.arm.described_values import Limits, compare
-
-GRIPPER_JOINT = "gripper"
-"""The owner's name of the gripper's joint."""
-
-
-class Component(NamedTuple):
-    """A hardware component of a description.
-
-    Attributes:
-        name: Its name.
-        type: ``system``, ``actuator`` or ``sensor``.
-        plugin: Its plugin; empty if none is named.
-        joints: The owner's names of its joints, by their names in the description.
-    """
-
-    name: str
-    type: str
-    plugin: str
-    joints: Mapping[str, str]
 
 
 class RobotDescription:
@@ -43,30 +23,14 @@ class RobotDescription:
             :meth:`compare`.
 
     Raises:
-        ConfigurationError: It is no URDF, has no hardware, or has other joints than this arm.
+        ConfigurationError: It is no URDF, or its hardware is not exactly that of an arm, a gripper
+            or both.
     """
 
     def __init__(self, text: str) -> None:
         self.text, self.urdf = text, Urdf(text, "robot_description")
-        tags = self.urdf.root.findall("ros2_control")
-        self.components = tuple(
-            Component(
-                name := self.urdf.attribute(tag, "name"),
-                self.urdf.attribute(tag, "type"),
-                (tag.findtext("hardware/plugin") or "").strip(),
-                _joints(
-                    name, [self.urdf.attribute(joint, "name") for joint in tag.findall("joint")]
-                ),
-            )
-            for tag in tags
-        )
-        if not self.components:
-            raise self.urdf.error(
-                self.urdf.root, "there is no <ros2_control>: the node would have no joints to drive"
-            )
+        self.components = read_components(self.urdf)
         self.joints = {name: own for part in self.components for name, own in part.joints.items()}
-        if len({*self.joints.values()}) != sum(len(part.joints) for part in self.components):
-            raise self.urdf.error(self.urdf.root, "two <ros2_control> tags have the same joints")
         self._described = {own: name for name, own in self.joints.items()}
         self.limits: Mapping[str, Limits] = {}
 
@@ -113,22 +77,3 @@ class RobotDescription:
             if owned & set(component.joints.values()):
                 return component
         return None
-
-
-def _joints(name: str, joints: list[str]) -> Mapping[str, str]:
-    """Return the owner's names of the joints of a component, by their names in the description.
-
-    Raises:
-        ConfigurationError: It is neither this arm nor a gripper.
-    """
-    # Names with the same prefix are in the order of the joints.
-    prefix = min(joints, default="").removesuffix(JOINTS[0])
-    if sorted(joints) == sorted(prefix + joint for joint in JOINTS):
-        return {prefix + joint: joint for joint in JOINTS}
-    if len(joints) == 1:
-        return {joints[0]: GRIPPER_JOINT}
-    raise ConfigurationError(
-        f"robot_description: hardware component {name} has the joints "
-        f"{', '.join(joints) or '(none)'}; it is an arm with {', '.join(JOINTS)}, all with the "
-        "same prefix or none, or a gripper with one joint"
-    )

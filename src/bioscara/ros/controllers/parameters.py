@@ -13,7 +13,8 @@ from bioscara.control.controllers.joint_trajectory import JointTrajectoryControl
 from bioscara.control.manager.diagnostics import default_thresholds
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import JOINTS
-from bioscara.ros.arm.description import GRIPPER_JOINT, RobotDescription
+from bioscara.ros.arm.control_tags import GRIPPER_JOINT
+from bioscara.ros.arm.description import RobotDescription
 
 OF_NODES = frozenset(
     {

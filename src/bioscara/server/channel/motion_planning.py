@@ -5,8 +5,10 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TypeVar
 
+from bioscara.errors import BioscaraError
 from bioscara.processes.worker import Worker
 from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.workspace import Workspace
@@ -32,9 +34,23 @@ class MotionPlanning:
         self._lock = threading.Lock()
         self._workspace: tuple[Workspace | None, bytes] = None, b""
 
-    def start(self) -> None:
-        """Begin the process; returns at once."""
+    def start(self, workspace: Workspace) -> None:
+        """Begin the process, and let it plan once, as its first plan takes ten times as long.
+
+        Returns at once.
+
+        Args:
+            workspace: The workspace.
+        """
         self._worker.start()
+        threading.Thread(
+            target=self._warm_up, args=(workspace,), name="bioscara-planning", daemon=True
+        ).start()
+
+    def _warm_up(self, workspace: Workspace) -> None:
+        here = [0.5 * (each.lower + each.upper) for each in workspace.parameters.joints]
+        with suppress(BioscaraError):
+            self(work.warm_up, workspace, here)
 
     def __call__(
         self, make: Callable[[Planner], T], workspace: Workspace, positions: Sequence[float], /

@@ -18,6 +18,7 @@ from bioscara.api import framing, messages as m
 from bioscara.api.values import Columns, columns_value, joined_parts, trajectory_part
 from bioscara.physics.camera import png
 from bioscara.physics.stills import Still, image_of
+from bioscara.planning import Trajectory
 from bioscara.robot.planner import Planner, planned_here
 from bioscara.robot.tasks.motions import Motion
 from bioscara.robot.workspace.workspace import Workspace
@@ -31,6 +32,13 @@ T = TypeVar("T")
 def encoded(result: m.AnyResult, json: bool) -> bytes:
     """Return a result in the form of a client."""
     return framing.encode_json(result) if json else framing.encode_packed(result)
+
+
+def warm_up(planner: Planner) -> None:
+    """Plan a small motion: what is computed once is known then."""
+    here = planner.here()
+    motion = Trajectory(planner.joint_names, [0.0, 1.0], [here, here._replace(j1=here.j1 + 0.01)])
+    planner.check_trajectory(motion, here)
 
 
 @lru_cache(maxsize=4)

@@ -35,8 +35,9 @@ from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.operations.arbiter import ARM, GRIPPER
 from bioscara.robot.operations.controllers.change_hardware_state import ChangeHardwareState
 from bioscara.robot.operations.controllers.commands import send_gripper_goal, trigger_homing
-from bioscara.robot.operations.controllers.planned_goal import PlannedGoal, can_be_planned, slowed
+from bioscara.robot.operations.controllers.planned_goal import PlannedGoal, can_be_planned
 from bioscara.robot.operations.controllers.run_controllers import RunControllers, switch
+from bioscara.robot.operations.controllers.unplanned_motion import slowed, streamed_point
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.runner import Runner
 from bioscara.server.clients.client import Client, Later
@@ -298,13 +299,19 @@ class ClientControllers:
 
         def work() -> None:
             controller = self._get(name, JointTrajectoryController)
-            slower, speed = slowed(self._arm, controller, trajectory)
-            prepared = controller.prepare_trajectory(slower, speed)
+            prepared = controller.prepare_trajectory(trajectory)
+            if (point := streamed_point(self._arm, controller, prepared)) is None:
+                slower, speed = slowed(self._arm, controller, trajectory)
+                prepared = controller.prepare_trajectory(slower, speed)
 
             def send() -> None:
                 self._require_running(name)
                 controller = self._get(name, JointTrajectoryController)
-                controller.send_trajectory(prepared, self._arm.session.clock.now())
+                now = self._arm.session.clock.now()
+                if point is None:
+                    controller.send_trajectory(prepared, now)
+                else:
+                    controller.send_point(prepared, point, now)
 
             self._between(f"a trajectory for {name}", send)
 

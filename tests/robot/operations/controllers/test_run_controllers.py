@@ -233,7 +233,7 @@ def test_the_speed_override_and_the_scaling_of_a_controller_multiply(left: Site)
     left.robot.speed_override = 0.5
     left.robot.controllers.set_scaling(POSITION_JTC, 0.5)
     begin = left.newest.time
-    goal = left.follow(POSITION_JTC, time=2.0)
+    goal = left.follow(POSITION_JTC, time=1.0)
     left.moving()
     # And with the share by which the speed limit slows the goal down.
     eventually(lambda: 0.1 < left.newest.controllers[0].scaling < 0.25)  # type: ignore[union-attr]

@@ -6,8 +6,11 @@ import math
 from collections.abc import Sequence
 
 from bioscara.control.controllers.joint_trajectory.goal_messages import Point
-from bioscara.control.controllers.joint_trajectory.interpolation import CurveState, Interpolator
-from bioscara.control.controllers.joint_trajectory.splicing import Spliced
+from bioscara.control.controllers.joint_trajectory.interpolation import (
+    Course,
+    CurveState,
+    Interpolator,
+)
 from bioscara.planning import Sample
 
 _SLOWEST = 0.2
@@ -67,7 +70,7 @@ class Braked:
 
     def __init__(
         self,
-        course: Interpolator | Spliced | Braked,
+        course: Course,
         time: float,
         pace: float,
         limits: Sequence[float],

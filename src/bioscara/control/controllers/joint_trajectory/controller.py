@@ -30,6 +30,11 @@ from bioscara.control.controllers.joint_trajectory.goal_validation import plain,
 from bioscara.control.controllers.joint_trajectory.interfaces import Handles
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
+from bioscara.control.controllers.joint_trajectory.stream import (
+    LONGEST,
+    Stream,
+    StreamedPoint,
+)
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     ToleranceMonitor,
     choose,
@@ -129,12 +134,14 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
 
         Where velocities alone are commanded the joints do not keep to a path closely enough.
         """
-        return self.smooth and (self._sampler is None or not self._velocity_only)
+        return self._sampler is None or (
+            self._sampler.collision_checked and not self._velocity_only
+        )
 
     @property
     def smooth(self) -> bool:
         """Whether that goal is carried out as it was checked, which includes averaging."""
-        return self._sampler is None or self._sampler.collision_checked
+        return self._sampler is None or self._sampler.smooth
 
     def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
         """Abort a running goal, and hold where the arm comes to rest."""
@@ -296,7 +303,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._request(goal, time)
         sampler = self._active()
         if not self.holding:
-            self._stop(sampler, time)
+            sampler.stop(self._handles.measured().positions, time)
         return self._replace(goal.goal, GoalStatus.ACCEPTED)
 
     def begin(self, handle: GoalHandle, course: PreparedGoal, time: float) -> None:
@@ -373,10 +380,47 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if self._running is None:
             self._monitor.tolerances = self._defaults
 
+    def stream(self, time: float) -> Stream | None:
+        """Return the stream that it follows, if that goes on at a time [s]."""
+        sampler = self._active()
+        course, going = sampler.course, not sampler.holding and sampler.waiting is None
+        if going and isinstance(course, Stream) and time - course.arrived < LONGEST:
+            return course
+        return None
+
+    def time_on_course(self, time: float) -> float:
+        """Return the time on what it follows that belongs to a time of the arm [s]."""
+        return self._active().time_on_course(time)
+
+    def send_point(self, trajectory: PreparedTrajectory, point: StreamedPoint, time: float) -> None:
+        """Accept a point of a stream; a running goal is then evaluated on that.
+
+        Args:
+            trajectory: As it was sent, prepared.
+            point: The point, as it is followed.
+            time: Now [s].
+
+        Raises:
+            GoalRejectedError: As :meth:`send_goal`.
+        """
+        sampler, parameters = self._active(), self.parameters
+        accept(trajectory, parameters, self._handles, self.limits, time)
+        stream = self.stream(time)
+        if not sampler.wanted:
+            return
+        if stream is None:
+            limits = [self.limits[name] for name in parameters.joints]
+            stream = Stream(point.start, limits, point.windows, self.nominal_period)
+            sampler.follow(stream)
+        stream.add(sampler.time_on_course(point.time), point.positions, anew=point.anew)
+        stream.arrived, self._asked = time, []
+        if self._running is None:
+            self._monitor.tolerances = self._defaults
+
     def cancel(self, time: float) -> None:
         """End the followed trajectory and come to rest; a running goal ends CANCELED then."""
         if not self.holding:
-            self._stop(self._active(), time)
+            self._active().stop(self._handles.measured().positions, time)
         self._cancelled, self._stood = self._running is not None, 0.0
         self._end_if_cancelled(0.0)
 
@@ -414,7 +458,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self._end_if_cancelled(period)
         ahead, pace = sampler.ahead(), sampler.commanded_pace
         if self._velocity_only:
-            handles.write_velocities(ahead, error, self._pids, pace, period)
+            lags = tuple(map(self.lag_of, self.parameters.joints))
+            handles.write_velocities(ahead, error, lags, self._pids, pace, period)
         else:
             handles.write(ahead, pace)
 
@@ -434,7 +479,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if verdict.status is GoalStatus.SUCCEEDED:
             sampler.hold(sampler.course.end, time)
         else:
-            self._stop(sampler, time)
+            sampler.stop(self._handles.measured().positions, time)
 
     def _end_if_cancelled(self, period: float) -> None:
         """End a cancelled goal once the joints have stood for the time of the parameters."""
@@ -459,13 +504,6 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if self._sampler is None:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         return self._sampler
-
-    def _stop(self, sampler: TrajectorySampler, time: float) -> None:
-        """Come to rest: on a ramp where the parameters say so, else at the measured positions."""
-        if self.parameters.decelerations:
-            sampler.brake()
-        else:
-            sampler.hold(self._handles.measured().positions, time)
 
     def _end_goal(
         self, status: GoalStatus, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""

@@ -113,16 +113,21 @@ class Handles:
         self,
         ahead: Sample,
         error: Sample,
+        lags: Sequence[float],
         pids: Sequence[Pid],
         pace: float,
         period: float,
     ) -> None:
-        """Command velocities alone: feed-forward and PID."""
-        for handle, pid, speed, off, off_rate in zip(
-            self._velocities, pids, ahead.velocities, error.positions, error.velocities, strict=True
+        """Command velocities alone: feed-forward and PID.
+
+        Distances that averaged commands still cover are no errors.
+        """
+        off = zip(error.positions, error.velocities, lags, strict=True)
+        for handle, pid, speed, (away, rate, lag) in zip(
+            self._velocities, pids, ahead.velocities, off, strict=True
         ):
             forward = pid.gains.ff_velocity_scale * speed * pace
-            handle.value = forward + pid.update(off, off_rate, period)
+            handle.value = forward + pid.update(away - lag, rate, period)
 
     def stop(self) -> None:
         """Command velocity 0; positions stay as they are."""

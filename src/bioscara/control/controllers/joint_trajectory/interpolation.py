@@ -6,7 +6,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bioscara.control.controllers.joint_trajectory.goal_messages import Point
 from bioscara.errors import TrajectoryError
@@ -30,6 +30,29 @@ class CurveState(NamedTuple):
 
     values: Sample
     point: int
+
+
+class Course(Protocol):
+    """What the joints follow."""
+
+    @property
+    def begins(self) -> float:
+        """Time from which it is defined [s]."""
+
+    @property
+    def duration(self) -> float:
+        """Time at which the joints arrive [s], or, of a stream, up to which it is known."""
+
+    @property
+    def end(self) -> tuple[float, ...]:
+        """Where they are to rest [rad or m]."""
+
+    @property
+    def continuable(self) -> bool:
+        """Whether a new trajectory may continue from it."""
+
+    def sample(self, time: float) -> CurveState:
+        """Return the state at a time on it [s]."""
 
 
 class Interpolator:

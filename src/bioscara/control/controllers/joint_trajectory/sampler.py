@@ -8,8 +8,13 @@ from collections.abc import Sequence
 from bioscara.arguments import number
 from bioscara.control.controllers.joint_trajectory.braking import Braked, deceleration, standstill
 from bioscara.control.controllers.joint_trajectory.goal_conversion import Request
-from bioscara.control.controllers.joint_trajectory.interpolation import CurveState, Interpolator
+from bioscara.control.controllers.joint_trajectory.interpolation import (
+    Course,
+    CurveState,
+    Interpolator,
+)
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
+from bioscara.control.controllers.joint_trajectory.stream import Stream
 from bioscara.control.controllers.joint_trajectory.trajectory_parameters import (
     JointTrajectoryParameters,
 )
@@ -58,9 +63,9 @@ class TrajectorySampler:
         self.waiting: Request | None = None
         self._pausing: Braked | None = None
         self._pausing_since = time
-        self.course: Interpolator | Spliced | Braked
+        self.course: Course
         self.time: float
-        self._commanded_at: tuple[Interpolator | Spliced | Braked, float]
+        self._commanded_at: tuple[Course, float]
         self._commanded_time: float
         self.hold(positions, time)
 
@@ -79,6 +84,15 @@ class TrajectorySampler:
     def at_rest(self) -> bool:
         """Whether it holds, and a ramp to rest has ended."""
         return self.holding and self.waiting is None and self.time >= self.course.duration
+
+    @property
+    def smooth(self) -> bool:
+        """Whether what it follows, or followed before it held, needs no averaging."""
+        return self.collision_checked or isinstance(self.course, Stream)
+
+    def time_on_course(self, time: float) -> float:
+        """Return the time on the course that belongs to a time of the arm [s]."""
+        return self.time + time - self._now
 
     @property
     def wanted(self) -> float:
@@ -118,7 +132,10 @@ class TrajectorySampler:
         # At rest the factor may step: the velocity does not, and motion starts with the new factor.
         at_rest = self.holding or self.time > self.course.duration
         in_motion = self.scaling and not at_rest and self._pausing is None
-        if in_motion and not self.wanted and self._decelerations:
+        if in_motion and not self.wanted and isinstance(self.course, Stream):
+            # Its path from here on is not known: points that come later begin another one.
+            self.brake()
+        elif in_motion and not self.wanted and self._decelerations:
             self._pausing_since = self._commanded_time
             self._pausing, self._rate = self._braked(), 0.0
         if self._pausing is None:
@@ -164,6 +181,12 @@ class TrajectorySampler:
         self._commanded_time = self._now + self._period
         return values
 
+    def follow(self, stream: Stream) -> None:
+        """Follow a stream that begins at the last command."""
+        self.course, self.time, self.speed = stream, self._now - self._commanded_time, 1.0
+        self.holding, self.waiting, self._pausing = False, None, None
+        self.collision_checked = False
+
     def hold(self, positions: Sequence[float], time: float) -> None:
         """Stay at ``positions`` [rad or m] from ``time`` [s] on."""
         self.course, self.speed = standstill(positions), 1.0
@@ -177,14 +200,30 @@ class TrajectorySampler:
         """Stay at ``positions`` [rad or m] from now on."""
         self.hold(positions, self._now)
 
+    def stop(self, positions: Sequence[float], time: float) -> None:
+        """Come to rest: on a ramp where the parameters or a stream have one, else at positions.
+
+        Args:
+            positions: Of the joints, as measured [rad or m].
+            time: Now [s].
+        """
+        if self._decelerations or isinstance(self.course, Stream):
+            self.brake()
+        else:
+            self.hold(positions, time)
+
     def brake(self) -> None:
         """Come to rest from the last command, at the decelerations of the parameters.
 
-        A collision-checked course stays on its path, and so does one that is on the ramp to a
-        pause; else each joint comes to rest on its own.
+        A stream ends at those of its joints. A collision-checked course stays on its path, and so
+        does one that is on the ramp to a pause; else each joint comes to rest on its own.
         """
         course, since = self._commanded_at[0], self._commanded_time
-        stop: Interpolator | Braked
+        stop: Course
+        if isinstance(self.course, Stream):
+            self.course.stop()
+            self.holding, self.waiting, self._pausing = True, None, None
+            return
         if self._pausing is not None:
             stop, since = self._pausing, self._pausing_since
         elif self.collision_checked and course is self.course and isinstance(course, Interpolator):
@@ -230,7 +269,7 @@ class TrajectorySampler:
             state = self._commanded if self._desired_start else measured
         course.begin(state, begin, bridge=bridge)
         self.course = course
-        if bridge and missing and not isinstance(running, Braked):
+        if bridge and missing and isinstance(running, Interpolator | Spliced):
             self.course = Spliced(course, missing, running, self.time - begin)
         # If it begins in motion, the path to its first point was not planned.
         self.collision_checked = collision_checked and not bridge

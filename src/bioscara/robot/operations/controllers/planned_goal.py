@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from typing import NamedTuple, TypeVar
 
@@ -22,15 +21,12 @@ from bioscara.control.controllers.joint_trajectory import (
     Point,
     PreparedGoal,
 )
-from bioscara.errors import BioscaraError, GoalRejectedError, NotHomedError
+from bioscara.errors import BioscaraError, GoalRejectedError
 from bioscara.planning import Trajectory
-from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.controllers.goal_course import (
     course_of,
     joined_points,
-    motion_of,
-    within,
 )
 from bioscara.robot.runner import Runner
 from bioscara.robot.workspace.workspace import Workspace
@@ -117,8 +113,8 @@ class PlannedGoal:
         controller, names = self._controller, self._controller.parameters.joints
         asked = controller.arranged(self._goal.trajectory, start.positions)
         columns = [names.index(axis.name) for axis in self._arm.stack.hardware.axes]
-        points = [_in_order(point, columns) for point in asked]
         here = tuple([start.positions[column] for column in columns])
+        points = [self._no_farther(_in_order(point, columns), here) for point in asked]
         self._require_reach(points[-1].positions, here)
         make = partial(course_of, points=points, here=here)
         course = self._arm.planning(make, start.workspace, here)
@@ -127,6 +123,20 @@ class PlannedGoal:
         return course, controller.prepare(
             Goal(trajectory, collision_checked=True), min(wanted / max(took, 1e-9), 1.0)
         )
+
+    def _no_farther(self, point: Point, here: Sequence[float]) -> Point:
+        """Return a point no farther beyond a limit than where the joints are.
+
+        A joint that rests a little beyond one, as after homing, is sent to where it was measured,
+        which differs by noise. The controller has refused what is more than that.
+        """
+        hardware = self._arm.stack.hardware
+        bounds = [hardware.limits[axis.name] for axis in hardware.axes]
+        kept = [
+            min(max(value, min(limits.lower, at)), max(limits.upper, at))
+            for value, limits, at in zip(point.positions, bounds, here, strict=True)
+        ]
+        return point._replace(positions=tuple(kept))
 
     def _require_reach(self, ends: Sequence[float], here: Sequence[float]) -> None:
         """Raise if a joint whose velocity alone is commanded cannot get to the end of a goal.
@@ -176,46 +186,6 @@ class PlannedGoal:
         # Where the arm has ended meanwhile, so has the goal.
         with suppress(BioscaraError):
             self._call(lambda: self._controller.refuse(self.handle, reason))
-
-
-def slowed(
-    arm: Arm, controller: JointTrajectoryController, trajectory: JointTrajectory
-) -> tuple[JointTrajectory, float]:
-    """Return a trajectory that is not planned, slow enough for the limits, and its share of speed.
-
-    The limits are those of raw commands. Its path is kept, as far as it is known: from where the
-    arm was sent to, through its points.
-
-    Args:
-        arm: The arm.
-        controller: The controller, active.
-        trajectory: The trajectory, of checked form.
-    """
-    prepared, here = controller.prepare_trajectory(trajectory), controller.commanded
-    points, space = controller.arranged(prepared, here), arm.workspace
-    if len({tuple(map(bool, point[1:])) for point in points}) > 1:
-        points = [Point(point.time, point.positions) for point in points]
-    names = controller.parameters.joints
-    limits = [arm.stack.hardware.limits[name] for name in names]
-    asked = motion_of(names, points, here)
-    course = within(asked, limits)
-    if math.isfinite(space.commanded_speed):
-        speed = UNPLANNED_SHARE * space.commanded_speed
-        # Of an arm that is not homed nothing is known about the tool.
-        with suppress(NotHomedError):
-            course, _ = reduced(course, space.kinematics, arm.positions(), speed)
-    factor = course.duration / asked.duration if asked.duration else 1.0
-    if factor <= 1.0:
-        return trajectory, 1.0
-    slower = [
-        point._replace(
-            time=factor * point.time,
-            velocities=tuple([value / factor for value in point.velocities]),
-            accelerations=tuple([value / factor**2 for value in point.accelerations]),
-        )
-        for point in prepared.trajectory.points
-    ]
-    return replace(prepared.trajectory, points=tuple(slower)), 1.0 / factor
 
 
 def moving_joint(arm: Arm) -> str | None:
