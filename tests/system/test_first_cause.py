@@ -216,7 +216,7 @@ def test_bus5_after_a_stuck_bus_the_arm_moves_again_and_knows_its_positions(
         before = [arm.position(joint) for joint in NAMES]
         if robot.faults:
             # The line was held for less than the host bridges; then a joint may have stopped.
-            if duration > 0.1:
+            if duration > 0.14:
                 require_right(robot, FaultKind.BUS_STUCK)
             robot.acknowledge()
             robot.recover()
