@@ -1,6 +1,6 @@
-// Prints all that the core says to its board, and is told by it, on the simulated chips of one
-// joint: at boot, while it homes, follows setpoints and stalls. A line an event, numbers in
-// hexadecimal, what the core says behind a colon:
+// Prints the calls between the core and its board, on the simulated chips of one joint: at boot,
+// while it homes, follows setpoints and stalls. A line an event, numbers in hexadecimal, those of
+// the core behind a colon:
 //
 //     boot, tick
 //     receive BYTES, request :BYTES     the I2C interrupt
@@ -36,7 +36,7 @@ class Recorder final : public bioscara::Hal {
  public:
   explicit Recorder(bioscara::Hal& board) : board_(board) {}
 
-  std::uint32_t micros() override { return told("micros", board_.micros()); }
+  std::uint32_t micros() override { return answered("micros", board_.micros()); }
   void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override {
     std::uint8_t copy[5];
     std::copy_n(sent, 5, copy);
@@ -61,8 +61,8 @@ class Recorder final : public bioscara::Hal {
     std::printf("enable :%d\n", on);
     board_.driver_enable(on);
   }
-  bioscara::ResetCause reset_cause() override { return told("reset_cause", board_.reset_cause()); }
-  std::uint16_t boot_id() override { return told("boot_id", board_.boot_id()); }
+  bioscara::ResetCause reset_cause() override { return answered("reset_cause", board_.reset_cause()); }
+  std::uint16_t boot_id() override { return answered("boot_id", board_.boot_id()); }
   void feed_watchdog() override { board_.feed_watchdog(); }
   std::uint16_t bus_errors() override { return board_.bus_errors(); }
   std::uint32_t image() override { return board_.image(); }
@@ -74,7 +74,7 @@ class Recorder final : public bioscara::Hal {
 
  private:
   template <typename Value>
-  static Value told(const char* what, Value value) {
+  static Value answered(const char* what, Value value) {
     std::printf("%s %x\n", what, static_cast<unsigned>(value));
     return value;
   }

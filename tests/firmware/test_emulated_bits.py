@@ -1,7 +1,7 @@
 """The image that is flashed computes the same bits as the simulation.
 
-What the core says to its board and is told by it is recorded on the host, and told to the core of
-the image: it has to say the same, to the bit.
+The calls between the core and its board are recorded on the host, and their answers given to the
+core of the image: it has to make the same calls, to the bit.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def recorder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class _Replay:
-    """The board, as it was recorded; what it is told has to be what was recorded."""
+    """The board, as it was recorded; the calls have to be the same."""
 
     def __init__(self, joint: int, recording: str) -> None:
         self._events: Iterator[tuple[int, str]] = enumerate(recording.splitlines(), 1)
@@ -47,13 +47,13 @@ class _Replay:
         self.count = 0
 
     def run(self) -> None:
-        """Tell the core all that was recorded."""
+        """Give the core all that was recorded."""
         for number, event in self._events:
-            kind, _, told = event.partition(" ")
+            kind, _, answer = event.partition(" ")
             if kind in {"boot", "tick"}:
                 getattr(self.core, kind)()
             elif kind == "receive":
-                self.core.receive(bytes.fromhex(told))
+                self.core.receive(bytes.fromhex(answer))
             else:
                 assert kind == "request", f"line {number}: the image did not do this: {event}"
                 self._require(number, event, f":{self.core.request().hex()}")
@@ -71,17 +71,17 @@ class _Replay:
         return int(self._next("micros")[2], 16)
 
     def driver_exchange(self, sent: int, received: int, _: int) -> int:
-        number, event, told = self._next("driver")
+        number, event, answer = self._next("driver")
         self._require(number, event, f":{self.core.memory(sent, 5).hex()}")
-        self.core.store(received, bytes.fromhex(told))
+        self.core.store(received, bytes.fromhex(answer))
         return 0
 
     def encoder_exchange(self, command: int, words: int, count: int) -> int:
-        number, event, told = self._next("encoder")
+        number, event, answer = self._next("encoder")
         said = f":{command & 0xFFFF:x} {count:x}"
         if command & 0x8000:
             self._require(number, event, said)
-            read = [int(each, 16) for each in told.split(",")]
+            read = [int(each, 16) for each in answer.split(",")]
             self.core.store(words, struct.pack(f"<{count}H", *read))
         else:
             written = struct.unpack(f"<{count}H", self.core.memory(words, 2 * count))
@@ -89,7 +89,7 @@ class _Replay:
         return 0
 
     def driver_enable(self, on: int, *_: int) -> int:
-        number, event, _told = self._next("enable")
+        number, event, _answer = self._next("enable")
         self._require(number, event, f":{on & 0xFF}")
         return 0
 

@@ -63,7 +63,7 @@ def test_a_goal_without_velocities_takes_the_time_that_it_asks_for(
 @pytest.mark.parametrize("stamped", [False, True])
 @pytest.mark.parametrize("name", [POSITION_JTC, VELOCITY_JTC])
 def test_the_arm_does_not_swing_back_after_a_cancel(name: str, *, stamped: bool) -> None:
-    # Slowly enough for what is sent and waited for.
+    # So slowly that each request comes in time.
     with tracked(name, speed=4.0) as (site, cycles):
         begin = site.robot.state.positions
         for there, after in ((0.4, 0.5), (0.0, 0.8), (0.4, 1.2), (0.0, 0.0)):

@@ -39,7 +39,7 @@ class Controller(ABC, Generic[P]):
             was activated [rad/s or m/s], by joint; 0 for one that was at rest.
         limits: Those of the joints of the hardware that it commands, by joint; set before
             ``on_activate``.
-        lag_of: Returns how far what is sent to a joint lags behind its commands, as these are
+        lag_of: Returns how far the setpoints of a joint lag behind its commands, as these are
             averaged [rad or m]; set before ``on_activate``.
         command_handles: The claimed command interfaces while it is active.
         state_handles: The state interfaces while it is active.

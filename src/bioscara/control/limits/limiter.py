@@ -116,7 +116,7 @@ class Limiter:
         return {name: joint.speed for name, joint in self.joints.items() if name in joints}
 
     def lag_of(self, joint: str) -> float:
-        """Return how far what is sent to a joint lags behind its commands [rad or m]."""
+        """Return how far the setpoints of a joint lag behind its commands [rad or m]."""
         limiter = self.joints.get(joint)
         return 0.0 if limiter is None else limiter.lag
 

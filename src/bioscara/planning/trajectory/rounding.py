@@ -18,7 +18,7 @@ def rounded(trajectory: Trajectory, jerks: Sequence[float]) -> Trajectory | None
 
     Each jump of the velocity is spread over the time in which the joint may make it. Where the jump
     is J and the highest jerk j, the acceleration rises over h = sqrt(J / j) and falls over h, and
-    the motion leaves the straight lines by at most J h / 6, beside the corner. The lines are
+    the motion leaves the straight lines by at most J h / 6, near the corner. The lines are
     followed so much faster that the whole takes as long as before.
 
     Args:

@@ -35,7 +35,7 @@ def encoded(result: m.AnyResult, json: bool) -> bytes:
 
 
 def warm_up(planner: Planner) -> None:
-    """Plan a small motion: what is computed once is known then."""
+    """Plan a small motion, so that modules are imported and tables computed."""
     here = planner.here()
     motion = Trajectory(planner.joint_names, [0.0, 1.0], [here, here._replace(j1=here.j1 + 0.01)])
     planner.check_trajectory(motion, here)

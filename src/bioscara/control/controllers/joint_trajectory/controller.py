@@ -389,7 +389,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         return None
 
     def time_on_course(self, time: float) -> float:
-        """Return the time on what it follows that belongs to a time of the arm [s]."""
+        """Return the time on its course that belongs to a time of the arm [s]."""
         return self._active().time_on_course(time)
 
     def send_point(self, trajectory: PreparedTrajectory, point: StreamedPoint, time: float) -> None:

@@ -33,7 +33,7 @@ class CurveState(NamedTuple):
 
 
 class Course(Protocol):
-    """What the joints follow."""
+    """A course of the joints."""
 
     @property
     def begins(self) -> float:

@@ -87,7 +87,7 @@ class TrajectorySampler:
 
     @property
     def smooth(self) -> bool:
-        """Whether what it follows, or followed before it held, needs no averaging."""
+        """Whether its course, or that before it held, needs no averaging."""
         return self.collision_checked or isinstance(self.course, Stream)
 
     def time_on_course(self, time: float) -> float:

@@ -20,7 +20,7 @@ from bioscara.planning.moving_average import Smoothed, Values
 LONGEST = 0.5
 """Longest time between two points of a stream, and to the time that a point is for [s]."""
 DELAY = 0.05
-"""Time by which a stream is followed later than its points are for, beside the averaging [s]: the
+"""Time by which a stream is followed later than its points are for, without the averaging [s]: the
 next point has arrived then, also where it is sent for 10 ms ahead, or is late by 10 ms."""
 _CATCHING_UP = 1.5
 """Factor by which a stream is followed faster than its points are for, after it has waited."""
@@ -66,7 +66,7 @@ class Stream:
     Attributes:
         continuable: Whether a new trajectory may continue from it.
         arrived: When the last point arrived [s, arm clock].
-        warned: Whether somebody was told that it is too fast.
+        warned: Whether there was a warning that it is too fast.
     """
 
     continuable = True
@@ -200,7 +200,7 @@ class Stream:
 def _followed(
     limits: JointParameters, position: float, velocity: float
 ) -> tuple[JointLimiter, CommandInterface]:
-    """Return what bounds the way of a joint to its targets, and takes these."""
+    """Return the limiter of a joint on its course, and the command that takes its targets."""
     command, at, moves = (
         CommandInterface(limits.name, POSITION),
         StateInterface(limits.name, POSITION),

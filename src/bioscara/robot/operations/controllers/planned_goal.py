@@ -128,7 +128,7 @@ class PlannedGoal:
         """Return a point no farther beyond a limit than where the joints are.
 
         A joint that rests a little beyond one, as after homing, is sent to where it was measured,
-        which differs by noise. The controller has refused what is more than that.
+        which differs by noise. The controller has refused any that is farther out.
         """
         hardware = self._arm.stack.hardware
         bounds = [hardware.limits[axis.name] for axis in hardware.axes]
