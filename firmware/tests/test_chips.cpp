@@ -52,12 +52,12 @@ class Answers : public Hal {
       for (int bit = 0; bit < 8; ++bit)
         crc = static_cast<std::uint8_t>(crc & 0x80 ? (crc << 1) ^ 0x1D : crc << 1);
     };
-    // Settings that are as they should be: MOD_2, and the checksum of all.
-    constexpr std::uint16_t kSettings[8] = {0x0800, 0, 0, 0, 0, 0, 0, 0x0050};
+    // Settings that are as they should be: MOD_1, SIL, MOD_2, and the checksum of those from MOD_2 on.
+    constexpr std::uint16_t kSettings[] = {0, 0, 0x0800, 0, 0, 0, 0, 0, 0, 0x0050};
     add(command >> 8);
     add(command & 0xFF);
     for (std::size_t i = 0; i + 1 < count; ++i) {
-      words[i] = address == 0x08 ? kSettings[i] : angle;
+      words[i] = address == 0x06 ? kSettings[i] : angle;
       add(words[i] >> 8);
       add(words[i] & 0xFF);
     }
