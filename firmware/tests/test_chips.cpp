@@ -208,13 +208,10 @@ class Encoder final : public Answers {
  public:
   void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override {
     ++exchanges;
-    if (deaf && (command & 0x8000) == 0 && (command >> 4 & 0x3F) == kTcoY) return;
     chip.exchange(command, words, count);
   }
   sim::Spread spread{0, 1};
   sim::Tle5012bChip chip{spread};
-  // It takes no checksum.
-  bool deaf = false;
 };
 
 }  // namespace
@@ -250,13 +247,20 @@ TEST(the_encoder_works_without_autocalibration_and_with_the_checksum_of_its_sett
   }
 }
 
-TEST(an_encoder_that_takes_no_checksum_keeps_its_autocalibration) {
-  Encoder board;
-  board.deaf = true;
-  Tle5012b encoder(board);
-  CHECK(encoder.setup());
-  CHECK(board.chip.setting(kMode2) == 0x0801);
-  for (int sample = 0; sample < 50; ++sample) CHECK(encoder.sample());
+TEST(an_encoder_that_takes_no_mode_or_no_checksum_keeps_its_autocalibration) {
+  for (int address : {kMode2, kTcoY}) {
+    Encoder board;
+    board.chip.refuse(address);
+    Tle5012b encoder(board);
+    CHECK(encoder.setup());
+    CHECK(encoder.autocalibrates());
+    CHECK(board.chip.setting(kMode2) == 0x0801);
+    for (int sample = 0; sample < 50; ++sample) {
+      CHECK(encoder.sample());
+      if (sample == 20) board.chip.power_up();
+    }
+    CHECK(board.chip.setting(kMode2) == 0x0801);
+  }
 }
 
 TEST(a_chip_that_always_reports_a_reset_is_set_up_once) {

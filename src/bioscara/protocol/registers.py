@@ -462,8 +462,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.WARNINGS,
         _R,
-        "Conditions that stop nothing, as bits: 0x01 the encoder has refused its settings and keeps "
-        "its autocalibration.",
+        "Conditions that stop nothing, as bits: 0x01 the encoder has refused its settings and "
+        "keeps its autocalibration.",
         read=(Field("bits", Kind.U8),),
         version=2,
         support=Support.NO,

@@ -136,7 +136,7 @@ def test_firmware_that_has_all_of_the_diagnosis_but_warnings_is_named() -> None:
         """Reads a register that no firmware has in place of WARNINGS."""
 
         def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
-            return [result for each in transactions for result in world.bus.transfer((older(each),))]
+            return world.bus.transfer([older(each) for each in transactions])
 
         def close(self) -> None:
             world.bus.close()

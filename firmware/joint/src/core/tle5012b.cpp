@@ -19,6 +19,7 @@ constexpr uint16_t kChecksum = 0x00FF;
 // MOD_2: range 360 degrees, no prediction, not inverted; autocalibration off, or on as after a reset.
 constexpr uint16_t kFixed = 0x0800;
 constexpr uint16_t kAutocalibrated = 0x0801;
+constexpr uint16_t kAutocalibration = 0x0003;
 constexpr int kTries = 3;
 // Safety word: reset (15, low after one until the status is read), system error (14, low on error),
 // interface error (13), valid angle (12).
@@ -64,14 +65,13 @@ uint8_t checksum(const uint16_t* settings) {
   return crc.value();
 }
 
-// The bits of a setting that have to be written again. Autocalibration changes OFFX, OFFY and SYNCH,
-// and suspends the check of the checksum.
+// The bits of a setting that have to be written again. Autocalibration changes OFFX, OFFY and SYNCH, which
+// are compared once it is off, and suspends the check of the checksum.
 uint16_t difference(const uint16_t* settings, const uint16_t* wanted, int index) {
-  const uint16_t bits = settings[index] ^ wanted[index];
-  if (wanted[kMode2] != kAutocalibrated) return bits;
-  if (index == kLast) return bits & ~kChecksum;
   const bool adapted = index >= kOffsetX && index <= kSynchronism;
-  return adapted && settings[kMode2] == kAutocalibrated ? 0 : bits;
+  if (adapted && (settings[kMode2] & kAutocalibration) != 0) return 0;
+  const uint16_t bits = settings[index] ^ wanted[index];
+  return index == kLast && wanted[kMode2] == kAutocalibrated ? bits & ~kChecksum : bits;
 }
 
 }  // namespace
