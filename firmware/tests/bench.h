@@ -13,6 +13,7 @@
 #include "../sim/src/motor.h"
 #include "../sim/src/tle5012b_chip.h"
 #include "../sim/src/tmc5130_chip.h"
+#include "flips.h"
 
 namespace bench {
 
@@ -65,6 +66,7 @@ class Bench final : private bioscara::Hal {
 
   // Lets motor and mechanics go on.
   void pass(double until) {
+    if (stands_) return;
     while (ramp_ < until) {
       ramp_ += bioscara::sim::Tmc5130Chip::kRampPeriod;
       if (!clock_stopped_) driver_.step();
@@ -111,6 +113,10 @@ class Bench final : private bioscara::Hal {
     damage_ = std::move(change);
   }
   long datagrams() const { return datagrams_; }
+  // Returns the bit to flip of each datagram with the driver, and of each access to the encoder, of
+  // which it gets the command and the number of words.
+  void flip_driver(std::function<int(const std::uint8_t (&)[5])> which) { flip_driver_ = std::move(which); }
+  void flip_encoder(std::function<int(std::uint16_t, std::size_t)> which) { flip_encoder_ = std::move(which); }
 
   // True state of motor and joint [rad, rad/s of the motor; joint units].
   double rotor() const { return mechanics_.rotor_turns() * 6.283185307179586; }
@@ -136,6 +142,8 @@ class Bench final : private bioscara::Hal {
   // The joint has gone to its bootloader.
   bool left() const { return left_; }
   void stop_clock(bool on) { clock_stopped_ = on; }
+  // Motor and mechanics are not computed: for a joint that does not move, in a seventh of the time.
+  void stand(bool on) { stands_ = on; }
   // No driver chip is there: level of its data line that the controller reads instead.
   void unplug_driver(std::optional<std::uint8_t> level) { unplugged_ = level; }
   bioscara::sim::Mechanics& mechanics() { return mechanics_; }
@@ -160,7 +168,7 @@ class Bench final : private bioscara::Hal {
     if (unplugged_)
       std::fill_n(received, 5, *unplugged_);
     else
-      driver_.exchange(arriving, received);
+      flips::exchange(driver_, arriving, received, flip_driver_ ? flip_driver_(sent) : flips::kNone);
     if (damaged && !damages_sent_) damage_(received);
     if (handler_ && sensed_ && (sent[0] & 0x80) != 0) std::exchange(handler_, nullptr)();
   }
@@ -169,7 +177,7 @@ class Bench final : private bioscara::Hal {
     random_ = random_ * 1664525U + 1013904223U;
     encoder_.set_noise(static_cast<double>(random_ >> 8) / 16777216.0 - 0.5);
     encoder_.latch(mechanics_.rotor_turns());
-    encoder_.exchange(command, words, count);
+    flips::exchange(encoder_, command, words, count, flip_encoder_ ? flip_encoder_(command, count) : flips::kNone);
     // As long as it takes on the board from reading the driver to commanding it.
     if (!sensed_) pass(static_cast<double>(time_ - 1) * 1e-3 + kCommanding);
     sensed_ = true;
@@ -211,7 +219,10 @@ class Bench final : private bioscara::Hal {
   bool early_ = true;
   std::uint16_t bus_errors_ = 0;
   bool clock_stopped_ = false;
+  bool stands_ = false;
   Damage damage_;
+  std::function<int(const std::uint8_t (&)[5])> flip_driver_;
+  std::function<int(std::uint16_t, std::size_t)> flip_encoder_;
   bool damages_sent_ = false;
   long datagrams_ = 0, damaged_ = 0;
   std::optional<std::uint8_t> unplugged_;

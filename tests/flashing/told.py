@@ -1,4 +1,4 @@
-"""A bus on which joints report another image, or an exception, than the simulated ones do."""
+"""A bus on which joints report another image, exception or warning than the simulated ones do."""
 
 from __future__ import annotations
 
@@ -29,6 +29,10 @@ class Told(Bus):
     def set_exception(self, address: int, *values: int) -> None:
         """Let a joint report this exception: vector, address, status, starts."""
         self.payloads[address, Register.EXCEPTION] = struct.pack("<BIIB", *values)
+
+    def set_warnings(self, address: int, bits: int) -> None:
+        """Let a joint report these warnings."""
+        self.payloads[address, Register.WARNINGS] = bytes((bits,))
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
         return [self._told(each, self._bus.transfer((each,))[0]) for each in transactions]

@@ -1,5 +1,6 @@
 #include "tle5012b_chip.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,13 +13,17 @@ constexpr std::uint16_t kStatusRegister = 0x00;
 constexpr std::uint16_t kInvert = 0x0008;
 constexpr std::uint16_t kAutocalibration = 0x0003;
 constexpr std::uint16_t kReset = 0x0001, kFuse = 0x0008;
+constexpr int kSil = 0x07, kMode2 = 0x08, kOffsetX = 0x0A;
+// SIL: test voltages in place of the sensor; settings are loaded as after a reset.
+constexpr std::uint16_t kTestVectors = 0x0040, kFuseReload = 0x0400;
 // Bits 14 to 11 of a command that writes a setting.
 constexpr std::uint16_t kLock = 0x7800, kUnlocked = 0x5000;
-// MOD_2 of the E1000 after a reset: range 360 degrees, autocalibration on, which is documented. The
-// others are calibrated for each device and have made-up values: MOD_3, OFFX, OFFY, SYNCH, IFAB, MOD_4,
-// TCO_Y with the checksum CRC_PAR in its low byte.
-constexpr std::uint16_t kSettings[8] = {0x0801, 0x7120, 0x03A0, 0xFE40,
-                                        0x0130, 0x000D, 0x0480, 0x1700};
+// After a reset of the E1000, documented: SIL, and MOD_2, range 360 degrees, autocalibration on. The
+// others depend on the derivative, or are calibrated for each device, and have made-up values: MOD_1
+// before them, after them MOD_3, OFFX, OFFY, SYNCH, IFAB, MOD_4, TCO_Y with the checksum CRC_PAR, of
+// MOD_2 and those after it, in its low byte.
+constexpr std::uint16_t kAtReset[] = {0x8001, 0x0000, 0x0801, 0x7120, 0x03A0,
+                                      0xFE40, 0x0130, 0x000D, 0x0480, 0x1700};
 // Error that belongs to the angle: 0.3 degrees once a turn (offset of the bridges, magnet off
 // centre), 0.15 twice (amplitudes, orthogonality), 0.05 four times. With the tolerance they add up
 // to 0.75 degrees at most, where the data sheet allows 1.
@@ -48,26 +53,38 @@ Tle5012bChip::Tle5012bChip(Spread& spread) : harmonics_{{1.0, 0.3, 0.0}, {2.0, 0
 }
 
 void Tle5012bChip::power_up() {
-  for (int i = 0; i < 8; ++i) settings_[i] = kSettings[i];
-  settings_[7] = static_cast<std::uint16_t>(settings_[7] | crc(settings_, 15));
+  load_settings();
   status_ = kReset;
+}
+
+void Tle5012bChip::load_settings() {
+  static_assert(sizeof kAtReset == sizeof settings_);
+  std::copy_n(kAtReset, kSettings, settings_);
+  std::uint16_t& last = settings_[kSettings - 1];
+  last = static_cast<std::uint16_t>(last | crc(settings_ + kMode2 - kFirst, 15));
 }
 
 // It checks them over and over, but for the time of autocalibration, which changes them.
 void Tle5012bChip::check_settings() {
-  if ((settings_[0] & kAutocalibration) != 0)
-    ++settings_[2];
-  else if ((settings_[7] & 0xFF) != crc(settings_, 15))
+  if ((setting(kMode2) & kAutocalibration) != 0)
+    ++settings_[kOffsetX - kFirst];
+  else if ((settings_[kSettings - 1] & 0xFF) != crc(settings_ + kMode2 - kFirst, 15))
     status_ |= kFuse;
+}
+
+void Tle5012bChip::write(int address, std::uint16_t word) {
+  if (address < kFirst || address >= kFirst + kSettings || (refused_ >> address & 1U) != 0) return;
+  settings_[address - kFirst] = word;
+  if (address == kSil && (word & kFuseReload) != 0) load_settings();
 }
 
 std::uint16_t Tle5012bChip::read(int address) {
   if (address == kStatusRegister) return std::exchange(status_, 0);
   if (address == kAngleRegister) {
-    const bool inverted = (settings_[0] & kInvert) != 0;
+    const bool inverted = (setting(kMode2) & kInvert) != 0;
     return static_cast<std::uint16_t>(0x8000 | (inverted ? (0x8000 - angle_) & 0x7FFF : angle_));
   }
-  return address >= 0x08 && address <= 0x0F ? setting(address) : 0;
+  return address >= kFirst && address < kFirst + kSettings ? setting(address) : 0;
 }
 
 void Tle5012bChip::latch(double turns) {
@@ -86,8 +103,7 @@ void Tle5012bChip::latch(double turns) {
 void Tle5012bChip::exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) {
   const int address = command >> 4 & 0x3F;
   if ((command & 0x8000) == 0) {
-    const bool setting = address >= 0x08 && address <= 0x0F && (command & kLock) == kUnlocked;
-    if (setting && count > 0) settings_[address - 8] = words[0];
+    if ((command & kLock) == kUnlocked && count > 0) write(address, words[0]);
     return;
   }
   check_settings();
@@ -100,8 +116,9 @@ void Tle5012bChip::exchange(std::uint16_t command, std::uint16_t* words, std::si
   }
   if (count <= size) return;
   const std::uint8_t check = crc(checked, 2 * (size + 1));
-  const int health = ((reported & kReset) != 0 ? 0 : 0x8000) | ((reported & kFuse) != 0 ? 0 : 0x4000);
-  words[size] = static_cast<std::uint16_t>(health | 0x3F00 | (corrupt_ ? check ^ 0x55 : check));
+  const int health = ((reported & kReset) != 0 ? 0 : 0x8000) | ((reported & kFuse) != 0 ? 0 : 0x4000) |
+                     ((setting(kSil) & kTestVectors) != 0 ? 0 : 0x1000);
+  words[size] = static_cast<std::uint16_t>(health | 0x2F00 | (corrupt_ ? check ^ 0x55 : check));
 }
 
 }  // namespace bioscara::sim

@@ -17,11 +17,18 @@ constexpr double kStandstillSeconds = 1048576.0 / 1e7;
 // TPOWERDOWN counts in 2^18 clocks.
 constexpr double kPowerDownUnit = 262144.0 / 1e7;
 constexpr std::uint32_t kVersion = 0x11;
+constexpr std::uint32_t kSine[] = {0xAAAAB554, 0x4A9554AA, 0x24492929, 0x10104222,
+                                   0xFBFFFFFF, 0xB5BB777D, 0x49295556, 0x00404222};
+// VDCMIN has a resolution of 256.
+constexpr std::uint32_t kCommutation = 0x7FFF00;
 
 }  // namespace
 
 void Tmc5130Chip::power_up() {
   std::fill(std::begin(registers_), std::end(registers_), 0U);
+  std::copy(std::begin(kSine), std::end(kSine), registers_ + MSLUT);
+  registers_[MSLUTSEL] = 0xFFFF8056;
+  registers_[MSLUTSTART] = 0x00F70000;
   registers_[PWMCONF] = 0x00050480;
   registers_[TPOWERDOWN] = 10;
   position_ = velocity_ = standstill_ = 0.0;
@@ -88,6 +95,12 @@ void Tmc5130Chip::write(std::uint8_t address, std::uint32_t value) {
       break;
     case TZEROWAIT:
       registers_[address] = value & 0xFFFF;
+      break;
+    case RAMPMODE:
+      registers_[address] = value & 0x3;
+      break;
+    case VDCMIN:
+      registers_[address] = value & kCommutation;
       break;
     case VMAX:
       registers_[address] = value & 0x7FFFFF;
@@ -195,6 +208,14 @@ void Tmc5130Chip::position_mode() {
   }
 }
 
+// dcStep, above VDCMIN and without stealthChop, waits with each step for the last one. DC_TIME, which
+// decides when that has been taken, is 0 here: the steps come with VDCMIN, the least speed.
+void Tmc5130Chip::limit_commutation() {
+  const double least = registers_[VDCMIN];
+  if (least != 0.0 && std::fabs(velocity_) > least && chops())
+    velocity_ = std::copysign(least, velocity_);
+}
+
 void Tmc5130Chip::step() {
   switch (registers_[RAMPMODE]) {
     case 0:
@@ -209,6 +230,7 @@ void Tmc5130Chip::step() {
     default:
       break;
   }
+  limit_commutation();
   const double way = velocity_ * kVelocity * kRampPeriod;
   position_ += way;
   phase_ += shaft() * way;

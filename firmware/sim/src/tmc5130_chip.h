@@ -23,6 +23,8 @@ class Tmc5130Chip {
   // One period of the ramp generator.
   void step();
 
+  // A register as it was written, or after a reset.
+  std::uint32_t setting(std::uint8_t address) const { return registers_[address]; }
   // Where the field stands [microsteps], and how it turns [microsteps/s].
   double field() const { return phase_; }
   double field_speed() const { return velocity_ * kVelocity; }
@@ -51,6 +53,7 @@ class Tmc5130Chip {
   void speed_up(double target);
   double allowed_speed(double distance) const;
   void position_mode();
+  void limit_commutation();
   std::uint8_t status() const;
   // GCONF's shaft bit, and a coil connected the wrong way round.
   double shaft() const { return registers_[0] & 0x10 ? -direction_ : direction_; }

@@ -24,6 +24,7 @@ from bioscara.protocol.enums import (
     Refusal as Refusal,
     Register as Register,
     ResetCause as ResetCause,
+    Warnings as Warnings,
 )
 from bioscara.protocol.registers import (
     MAGIC as MAGIC,

@@ -55,6 +55,7 @@ class Register(IntEnum):
     EXCEPTION = 0x78
     CAPTURE = 0x7F
     CAPTUREBLOCK = 0xAA
+    WARNINGS = 0x92
 
 
 class Flags(IntFlag):
@@ -187,6 +188,14 @@ class Capability(IntFlag):
     """Reports its load in each cycle: TRACKLOAD."""
     DIAGNOSIS = 0x80
     """Has IMAGE, EXCEPTION, CAPTURE and CAPTUREBLOCK."""
+
+
+class Warnings(IntFlag):
+    """Conditions of a joint that stop nothing and that a person should know, in WARNINGS."""
+
+    AUTOCALIBRATION = 0x01
+    """The encoder has refused its settings and keeps its autocalibration, which changes the error
+    of its angle while the motor turns."""
 
 
 class BrakeMode(IntEnum):

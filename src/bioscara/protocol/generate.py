@@ -23,6 +23,7 @@ from bioscara.protocol.enums import (
     Refusal,
     Register,
     ResetCause,
+    Warnings,
 )
 from bioscara.protocol.registers import (
     BLOCK_SAMPLES,
@@ -41,6 +42,7 @@ _ENUMS: tuple[type[IntEnum] | type[IntFlag], ...] = (
     Refusal,
     ResetCause,
     Capability,
+    Warnings,
     BrakeMode,
 )
 
@@ -200,6 +202,7 @@ length of a register equals its version 2 length.
 - `IMAGE`, `EXCEPTION`, `CAPTURE` and `CAPTUREBLOCK` came with the capability `DIAGNOSIS`; firmware
   without it refuses them with UNKNOWN_REGISTER. A captured block is requested by its number, so
   that each request of it gets the same errors, until a new CAPTURE makes all blocks OUT_OF_RANGE.
+  `WARNINGS` came later, and HELLO has no bit left for it: its refusal shows that it is missing.
 - Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
   ms unless set) ramps down, at least with the acceleration at which the arm is configured,
   disables itself and latches SETPOINT_LOST. Setpoints are the

@@ -414,8 +414,8 @@ REGISTERS: tuple[Definition, ...] = (
         Register.IMAGE,
         _R,
         "CRC-32 of the image that the joint runs, as in the image's identity; 0 for a simulated "
-        "joint, which has none. This register and the next three: only of a joint with the "
-        "capability DIAGNOSIS.",
+        "joint, which has none. This register, the next three and WARNINGS: only of a joint with "
+        "the capability DIAGNOSIS.",
         read=(Field("crc32", Kind.U32),),
         version=2,
         support=Support.NO,
@@ -456,6 +456,15 @@ REGISTERS: tuple[Definition, ...] = (
         read=tuple(
             Field(f"error_{index}", Kind.I16, "microsteps") for index in range(BLOCK_SAMPLES)
         ),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.WARNINGS,
+        _R,
+        "Conditions that stop nothing, as bits: 0x01 the encoder has refused its settings and "
+        "keeps its autocalibration.",
+        read=(Field("bits", Kind.U8),),
         version=2,
         support=Support.NO,
     ),

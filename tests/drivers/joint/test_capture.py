@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,10 +11,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bioscara.bus import Direction, FaultyBus, When
+from bioscara.bus import Bus, Direction, FaultyBus, Transaction, When
 from bioscara.drivers import Capture, ExceptionReport, Joint
-from bioscara.errors import CorruptFrameError, IncorrectStateError, NotSupportedError
-from bioscara.protocol import Answer, Capability, Register
+from bioscara.errors import (
+    CommunicationError,
+    CorruptFrameError,
+    IncorrectStateError,
+    NotSupportedError,
+)
+from bioscara.protocol import Answer, Capability, Register, crc8
 from bioscara.protocol.registers import BLOCK_SAMPLES, CAPTURE_SAMPLES
 from simulated import World, greeted, ready
 
@@ -119,10 +124,35 @@ def test_a_capture_that_was_not_begun_is_refused() -> None:
         joint.read_capture()
 
 
-def test_a_simulated_joint_has_neither_an_image_nor_an_exception() -> None:
+def test_a_simulated_joint_has_neither_an_image_nor_an_exception_nor_a_warning() -> None:
     joint = World().ready("j4")[0]
     assert joint.get_image() == 0
     assert joint.get_exception() is None
+    assert not joint.get_warnings()
+
+
+def test_firmware_that_has_all_of_the_diagnosis_but_warnings_is_named() -> None:
+    class Older(Bus):
+        """Reads a register that no firmware has in place of WARNINGS."""
+
+        def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+            return world.bus.transfer([older(each) for each in transactions])
+
+        def close(self) -> None:
+            world.bus.close()
+
+    def older(asked: Transaction) -> Transaction:
+        if asked.write[:1] != bytes((Register.WARNINGS,)):
+            return asked
+        frame = bytes((Register.WARNINGS ^ 1, asked.write[1]))
+        return asked._replace(write=frame + bytes((crc8((asked.address << 1, *frame)),)))
+
+    world = World()
+    joint = Joint(Older(), world.arm.clock, world.joints[3].parameters)
+    joint.init()
+    assert joint.get_exception() is None
+    with pytest.raises(NotSupportedError, match=r"j4: its firmware has no get_warnings; flash"):
+        joint.get_warnings()
 
 
 @pytest.mark.parametrize("v1", [False, True])
@@ -131,7 +161,13 @@ def test_firmware_without_diagnosis_is_named(v1: bool) -> None:
     if joint.hello is not None:
         less = joint.hello.capabilities & ~Capability.DIAGNOSIS
         joint.session.hello = replace(joint.hello, capabilities=less)
-    operations = (joint.get_image, joint.get_exception, joint.start_capture, joint.read_capture)
+    operations = (
+        joint.get_image,
+        joint.get_exception,
+        joint.get_warnings,
+        joint.start_capture,
+        joint.read_capture,
+    )
     for operation in operations:
         with pytest.raises(NotSupportedError, match=f"j4: .*{operation.__name__}.*firmware"):
             operation()

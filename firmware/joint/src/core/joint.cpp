@@ -250,6 +250,8 @@ void Joint::publish() {
   status.state = state_;
   status.fault = fault_;
   status.fault_data = fault_data_;
+  status.warnings =
+      encoder_.autocalibrates() ? static_cast<uint8_t>(Warnings::AUTOCALIBRATION) : uint8_t{0};
   status.slow_setup = !powered_ || !checked_;
   status.motor_bits = static_cast<uint8_t>(
       (motion_.arrived() ? kPositionReached : 0) |

@@ -27,6 +27,7 @@ struct Status {
   JointState state = JointState::DISABLED;
   Fault fault = Fault::NONE;
   float fault_data = 0.0F;
+  uint8_t warnings = 0;
   // The next SETUP shows BUSY first: the rotor has to settle, and to be checked after a boot.
   bool slow_setup = true;
 };

@@ -1,4 +1,8 @@
 // The encoder, with its safety word checked (TLE5012B data sheet, section 6.4).
+//
+// A command that writes a setting has no check: a damaged one changes another setting, or this one to
+// another value. So the settings are read back, and each that differs from its first value is written
+// again (docs/decisions/0044).
 #pragma once
 
 #include <stdint.h>
@@ -11,11 +15,15 @@ class Tle5012b {
  public:
   explicit Tle5012b(Hal& hal) : hal_(hal) {}
 
-  // Sets the chip up and reads the first angle; false while it has none yet.
+  // Sets the chip up and reads the first angle; false while it has none yet, or its settings are not
+  // restored.
   bool setup();
 
-  // Reads the angle; false if the answer fails its check. `counts` follows turns.
+  // Reads the angle; false if the answer fails its check, or the settings are not restored after a
+  // reset of the chip. `counts` follows turns.
   bool sample();
+  // The chip has refused its settings, alike in each try, and keeps its autocalibration.
+  bool autocalibrates() const { return autocalibrates_; }
   // Multi-turn position [counts of 1/32768 turn]: minus the raw angle of the chip, as in the
   // original firmware. The signs of reductions, homing directions and offsets of all arms were
   // measured with that.
@@ -31,21 +39,30 @@ class Tle5012b {
   void rebase() { counts_ -= change_; }
 
  private:
-  static constexpr int kSettings = 8;
+  // MOD_1 to TCO_Y.
+  static constexpr int kSettings = 10;
+  using Settings = uint16_t[kSettings];
+
+  enum class Outcome : uint8_t { TAKEN, REFUSED, DAMAGED };
 
   bool read(uint16_t& angle);
-  bool ask(uint16_t address, uint16_t& data);
+  bool ask(uint16_t address, uint16_t& data, bool& sound);
   bool fetch(uint16_t address, uint16_t* words, int count);
   void write(uint16_t address, uint16_t word);
-  bool read_settings(uint16_t (&settings)[kSettings]);
-  bool settled();
+  bool read_settings(Settings& settings);
+  bool read_status(bool& sound);
   bool configure();
+  Outcome write_settings(uint16_t mode);
 
   Hal& hal_;
   uint16_t angle_ = 0;
   uint16_t previous_ = 0;
-  // The chip has reported no reset since it was set up; and one after that: its settings are those of
-  // its start.
+  // The settings as they were read first since boot.
+  Settings first_ = {};
+  bool known_ = false;
+  bool autocalibrates_ = false;
+  // The chip has reported no reset since it was set up; and it may have had one after that: its settings
+  // may be those of its start.
   bool steady_ = false;
   bool reset_ = false;
   int32_t counts_ = 0;

@@ -16,6 +16,8 @@ enum : uint8_t {
   IHOLD_IRUN = 0x10,
   TPOWERDOWN = 0x11,
   TPWMTHRS = 0x13,
+  TCOOLTHRS = 0x14,
+  THIGH = 0x15,
   RAMPMODE = 0x20,
   XACTUAL = 0x21,
   VACTUAL = 0x22,
@@ -29,10 +31,17 @@ enum : uint8_t {
   VSTOP = 0x2B,
   TZEROWAIT = 0x2C,
   XTARGET = 0x2D,
+  VDCMIN = 0x33,
+  SW_MODE = 0x34,
+  MSLUT = 0x60,  // Eight.
   MSLUTSEL = 0x68,
+  MSLUTSTART = 0x69,
   CHOPCONF = 0x6C,
+  COOLCONF = 0x6D,
+  DCCTRL = 0x6E,
   DRV_STATUS = 0x6F,
   PWMCONF = 0x70,
+  ENCM_CTRL = 0x72,
 };
 
 constexpr uint8_t kWrite = 0x80;
@@ -49,7 +58,11 @@ constexpr uint32_t kPwmconf = 0x00050480;
 constexpr uint32_t kFreewheel = 1U << 20;
 constexpr uint32_t kShortCoils = 2U << 20;
 constexpr uint8_t kUndervoltage = 0x04;
-constexpr uint32_t kWaves = 0xFFFF8056;  // Reset value of MSLUTSEL.
+// Reset values (TMC5130A data sheet, microstep table): a sine in MSLUT, MSLUTSEL and MSLUTSTART.
+constexpr uint32_t kSine[] = {0xAAAAB554, 0x4A9554AA, 0x24492929, 0x10104222,
+                              0xFBFFFFFF, 0xB5BB777D, 0x49295556, 0x00404222};
+constexpr uint32_t kWaves = 0xFFFF8056;
+constexpr uint32_t kSineStart = 0x00F70000;
 // A chip that does not answer leaves the line low or high. Only a position reads all ones, as -1.
 constexpr uint32_t kHigh = 0xFFFFFFFF;
 // The acceleration phases A1 and D1 are off while V1 is 0, but must not be 0 themselves.
@@ -68,7 +81,15 @@ constexpr Setting kTable[] = {
     {TPOWERDOWN, 10},   {VSTART, 0},             {A1, kFirstPhase},
     {V1, 0},            {D1, kFirstPhase},       {VSTOP, kStopSpeed},
     {TZEROWAIT, 0},     {AMAX, kAccelerationMax}, {DMAX, kAccelerationMax},
-    {MSLUTSEL, kWaves}, {RAMPMODE, 0},           {XTARGET, 0},
+    {MSLUTSEL, kWaves},
+    // Those that keep their reset value: coolStep, dcStep and reference switches off, and a sine.
+    {MSLUT, kSine[0]},      {MSLUT + 1, kSine[1]},    {MSLUT + 2, kSine[2]},
+    {MSLUT + 3, kSine[3]},  {MSLUT + 4, kSine[4]},    {MSLUT + 5, kSine[5]},
+    {MSLUT + 6, kSine[6]},  {MSLUT + 7, kSine[7]},    {MSLUTSTART, kSineStart},
+    {TCOOLTHRS, 0},         {THIGH, 0},               {VDCMIN, 0},
+    {SW_MODE, 0},           {COOLCONF, 0},            {DCCTRL, 0},
+    {ENCM_CTRL, 0},
+    {RAMPMODE, 0},          {XTARGET, 0},
 };
 constexpr size_t kCount = sizeof(kTable) / sizeof(kTable[0]);
 // Written at once by begin_setup(), and by each continue_setup().
@@ -83,30 +104,38 @@ constexpr size_t setting_of(uint8_t address) {
 constexpr size_t kGconfSetting = setting_of(GCONF), kCurrents = setting_of(IHOLD_IRUN),
                  kPwm = setting_of(PWMCONF), kSpeed = setting_of(VMAX),
                  kAcceleration = setting_of(AMAX), kDeceleration = setting_of(DMAX),
-                 kChopper = setting_of(CHOPCONF), kTarget = setting_of(XTARGET);
+                 kChopper = setting_of(CHOPCONF), kTarget = setting_of(XTARGET),
+                 kFirstAtReset = setting_of(MSLUT), kLastAtReset = setting_of(ENCM_CTRL);
 
-// Registers read in turn: those that report, and the settings that can be read.
+// Registers read in turn: those that report, and the settings that can be read. CHOPCONF comes next after a
+// setting that is written again: a damaged address of four of these switches the bridge off by it.
 struct Readable {
   uint8_t address;
   size_t setting = setting_of(address);  // kCount for those that report.
 };
-constexpr Readable kAsked[] = {{GSTAT}, {XTARGET},  {DRV_STATUS}, {RAMPMODE},
-                               {GSTAT}, {GCONF},    {DRV_STATUS}, {IOIN},
-                               {GSTAT}, {XTARGET},  {DRV_STATUS}, {RAMPMODE},
-                               {GSTAT}, {CHOPCONF}, {DRV_STATUS}, {IOIN}};
-// Settings that cannot be read, written again in turn: one every few ticks.
+constexpr Readable kAsked[] = {{GSTAT}, {CHOPCONF}, {DRV_STATUS}, {RAMPMODE},
+                               {GSTAT}, {XTARGET},  {DRV_STATUS}, {IOIN},
+                               {GSTAT}, {GCONF},    {DRV_STATUS}, {RAMPMODE},
+                               {GSTAT}, {XTARGET},  {DRV_STATUS}, {IOIN}};
+// Settings that cannot be read, written again in turn: one every few ticks. Those that keep their reset
+// value share one place, before the currents, which a damaged address of theirs may switch off.
+constexpr size_t kAtReset = kCount;
 constexpr size_t kAgain[] = {setting_of(VSTART),   kSpeed,
                              setting_of(V1),       kAcceleration,
                              kDeceleration,        setting_of(TZEROWAIT),
                              kPwm,                 setting_of(A1),
                              setting_of(D1),       setting_of(VSTOP),
                              setting_of(TPWMTHRS), setting_of(MSLUTSEL),
-                             setting_of(TPOWERDOWN), kCurrents};
+                             kAtReset,             setting_of(TPOWERDOWN),
+                             kCurrents};
 constexpr uint16_t kTicksBetween = 16;
+// Those of them that change while a joint works.
+constexpr uint32_t kTwice =
+    1U << kCurrents | 1U << kPwm | 1U << kSpeed | 1U << kAcceleration | 1U << kDeceleration;
 // The ramp's, as they are written after it has left its course; then a pause of so many ticks.
 constexpr size_t kRamp[] = {setting_of(RAMPMODE),  setting_of(VSTART), setting_of(V1),
                             setting_of(TZEROWAIT), kAcceleration,      kDeceleration,
-                            kSpeed,                kTarget};
+                            setting_of(VDCMIN),    kSpeed,             kTarget};
 constexpr uint8_t kCalm = 8;
 template <typename T, size_t size>
 constexpr size_t count(const T (&)[size]) { return size; }
@@ -175,6 +204,7 @@ void Tmc5130::set(size_t setting, uint32_t value) {
   if (value == values_[setting]) return;
   values_[setting] = value;
   write(setting);
+  changed_ |= kTwice >> setting & 1U ? 1U << setting : 0U;
 }
 
 void Tmc5130::setup() {
@@ -190,6 +220,7 @@ void Tmc5130::begin_setup() {
   exchange(GSTAT | kWrite, 0x07);
   exchange(GSTAT, 0);
   gstat_ = spi_status_ = 0;
+  changed_ = 0;
   for (set_up_ = 0; set_up_ < kFirst; ++set_up_) write(set_up_);
 }
 
@@ -229,8 +260,26 @@ void Tmc5130::poll() {
   take_position(counter, moved, seconds);
   read_at_ = now;
   asking_ = true;
-  if (ready() && turn_ % kTicksBetween == 0)
-    write(kAgain[turn_ / kTicksBetween % count(kAgain)]);
+  if (!ready()) return;
+  if (turn_ % kTicksBetween == 0)
+    write_again();
+  else if (changed_ != 0)
+    write_twice();
+}
+
+// A speed that follows a setpoint changes in each tick: it comes after the accelerations.
+void Tmc5130::write_twice() {
+  size_t setting = kDeceleration;
+  while ((changed_ >> setting & 1U) == 0) --setting;
+  changed_ &= ~(1U << setting);
+  write(setting);
+}
+
+void Tmc5130::write_again() {
+  constexpr size_t kShared = kLastAtReset - kFirstAtReset + 1;
+  const size_t place = turn_ / kTicksBetween, round = place / count(kAgain);
+  const size_t setting = kAgain[place % count(kAgain)];
+  write(setting == kAtReset ? kFirstAtReset + round % kShared : setting);
 }
 
 // A position that one answer alone shows is a damaged answer. One that the next answer confirms is

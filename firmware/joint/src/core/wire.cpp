@@ -442,6 +442,9 @@ size_t Wire::fill(const Frame& frame, uint8_t* bytes) const {
       *at++ = last.starts;
       break;
     }
+    case Register::WARNINGS:
+      *at++ = status().warnings;
+      break;
     case Register::CAPTURE:
       at += store(at, capture_.captured());
       break;

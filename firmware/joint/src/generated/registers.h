@@ -54,6 +54,7 @@ enum class Register : uint8_t {
   EXCEPTION = 0x78,
   CAPTURE = 0x7F,
   CAPTUREBLOCK = 0xAA,
+  WARNINGS = 0x92,
 };
 
 enum class Flags : uint8_t {
@@ -136,6 +137,10 @@ enum class Capability : uint8_t {
   BOOTLOADER = 0x20,
   LOAD = 0x40,
   DIAGNOSIS = 0x80,
+};
+
+enum class Warnings : uint8_t {
+  AUTOCALIBRATION = 0x01,
 };
 
 enum class BrakeMode : uint8_t {
@@ -267,6 +272,7 @@ constexpr Definition kDefinitions[] = {
     {Register::EXCEPTION, Direction::READ, 0, 10, 2, false, false, false, Kind::U8, 24},
     {Register::CAPTURE, Direction::READ_WRITE, 1, 2, 2, false, false, false, Kind::U8, 24},
     {Register::CAPTUREBLOCK, Direction::EXCHANGE, 1, 10, 2, false, false, false, Kind::U8, 25},
+    {Register::WARNINGS, Direction::READ, 0, 1, 2, false, false, false, Kind::U8, 26},
 };
 
 constexpr uint16_t kMagic = 0x4253;

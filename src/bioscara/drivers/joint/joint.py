@@ -43,10 +43,20 @@ from bioscara.errors import (
     MotionCancelledError,
     NotEnabledError,
     NotSupportedError,
+    RefusedError,
     StalledError,
 )
 from bioscara.model import JointParameters
-from bioscara.protocol import WATCHDOG_MS, BrakeMode, Capability, Fault, Flags, Register
+from bioscara.protocol import (
+    WATCHDOG_MS,
+    BrakeMode,
+    Capability,
+    Fault,
+    Flags,
+    Refusal,
+    Register,
+    Warnings,
+)
 
 _ORIENTATION_TIMEOUT = 5.0
 """Time limit of the orientation check [s]."""
@@ -203,6 +213,20 @@ class Joint:
         """
         self._require(Capability.DIAGNOSIS, "get_exception")
         return ExceptionReport.from_answer(self.session.read(Register.EXCEPTION))
+
+    def get_warnings(self) -> Warnings:
+        """Request the conditions of the joint that stop nothing and that a person should know.
+
+        Raises:
+            NotSupportedError: A version 1 joint, or firmware without that register.
+        """
+        self._require(Capability.DIAGNOSIS, "get_warnings")
+        try:
+            return Warnings(int(self.session.read(Register.WARNINGS).values[0]))
+        except RefusedError as error:
+            if error.reason != Refusal.UNKNOWN_REGISTER.name:
+                raise
+            raise self._unsupported("get_warnings") from error
 
     def start_bootloader(self) -> None:
         """Make the joint leave its firmware for the bootloader, to be flashed; home is lost.
@@ -744,10 +768,12 @@ class Joint:
     def _require(self, capability: Capability, what: str) -> None:
         self.session.require_v2(what)
         if self.hello is None or not self.hello.capabilities & capability:
-            raise NotSupportedError(
-                f"{self.name}: its firmware has no {what}; flash firmware/joint of this host's "
-                "version"
-            )
+            raise self._unsupported(what)
+
+    def _unsupported(self, what: str) -> NotSupportedError:
+        return NotSupportedError(
+            f"{self.name}: its firmware has no {what}; flash firmware/joint of this host's version"
+        )
 
     def _stop_unless_clear(self, velocity: float) -> None:
         """Stop the joint and raise if it could not stop within the limits from ``velocity``."""

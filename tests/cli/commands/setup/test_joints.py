@@ -13,7 +13,7 @@ import bioscara.sim
 from bioscara.bus import Bus, Transaction
 from bioscara.errors import CommunicationError
 from bioscara.flashing import image as image_file
-from bioscara.protocol import READ, TRAILER, Register
+from bioscara.protocol import READ, TRAILER, Register, Warnings
 from bioscara.protocol.crc import crc8
 from bioscara.sim import FirmwareBus, SimulatedArm
 from bioscara.version import __version__
@@ -143,7 +143,7 @@ def test_a_joint_with_newer_firmware_is_listed_with_its_version_and_the_remedy(
     assert "j2: firmware 1.7 speaks protocol 3" in said.refusal("move --joints 0 0.2 0 0")
 
 
-def test_each_joint_is_listed_with_its_image_and_the_last_exception(
+def test_each_joint_is_listed_with_its_image_the_last_exception_and_its_warnings(
     wire: Wire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
     monkeypatch.setattr(image_file, "__file__", str(tmp_path / "src/bioscara/flashing/image.py"))
@@ -156,6 +156,7 @@ def test_each_joint_is_listed_with_its_image_and_the_last_exception(
         bus.set_image(0x13, 0x123)
         bus.set_exception(0x12, 3, 0x0800_1234, 0x8200, 1)
         bus.set_exception(0x13, 66, 0, 0, 3)
+        bus.set_warnings(0x13, Warnings.AUTOCALIBRATION)
         return bus
 
     wire(make)
@@ -165,10 +166,13 @@ def test_each_joint_is_listed_with_its_image_and_the_last_exception(
     assert re.search(rf"no +{re.escape(named)} +power on", line(out, "j2"))
     assert re.search(r"no +00000123 +power on", line(out, "j3"))
     assert re.search(r"no +original firmware +unknown", line(out, "j4"))
-    assert out.splitlines()[-2:] == [
+    assert out.splitlines()[-3:] == [
         "j2: restarted after HardFault at 0x08001234 (CFSR 0x00008200)",
         "j3: restarted after interrupt 50 at an unknown address (CFSR 0x00000000); 2 more starts "
         "since",
+        "j3: its encoder refuses its settings and keeps its autocalibration, so the error of its "
+        "angle changes while the motor turns; cycle its power, and if that does not help, replace "
+        "the board",
     ]
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from bioscara.cli.arm_choice import share_arm
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.parser import Options, Parser
 from bioscara.cli.shared_arguments import share
-from bioscara.errors import BioscaraError, BusUnavailableError
+from bioscara.errors import BioscaraError, BusUnavailableError, NotSupportedError
 
 if TYPE_CHECKING:
     from bioscara.drivers import Joint
@@ -41,7 +42,7 @@ def run(options: Options, output: Output) -> ExitStatus:
     devices = _devices(options, parameters)
     output.line(f"arm: {devices.description}")
     missing: list[str] = []
-    exceptions: list[str] = []
+    notes: list[str] = []
     images = known_images()
     rows: list[tuple[str, ...]] = [_HEADINGS]
     with devices.bus as bus:
@@ -50,9 +51,9 @@ def run(options: Options, output: Output) -> ExitStatus:
         for joint in (Joint(bus, devices.clock, each) for each in parameters.joints):
             try:
                 joint.init()
-                row, exception = _row(joint, images), _exception(joint)
+                row, own_notes = _row(joint, images), _notes(joint)
                 rows.append(row)
-                exceptions += exception
+                notes += own_notes
             except BusUnavailableError:
                 raise
             except BioscaraError as error:
@@ -61,7 +62,7 @@ def run(options: Options, output: Output) -> ExitStatus:
                 who = "missing" if joint.hello is None else joint.firmware
                 rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"------"))
     output.lines(columns(rows))
-    for sentence in exceptions:
+    for sentence in notes:
         output.line(sentence)
     for sentence in missing:
         complain(sentence)
@@ -114,17 +115,26 @@ def _image(joint: Joint, images: Mapping[int, str]) -> str:
     return image_name(crc) + (f" ({name})" if name else "")
 
 
-def _exception(joint: Joint) -> list[str]:
-    """Return a sentence about the exception that restarted the joint, if there was one."""
-    from bioscara.protocol import Capability
+def _notes(joint: Joint) -> list[str]:
+    """Return sentences about the exception that restarted the joint, and its warnings."""
+    from bioscara.protocol import Capability, Warnings
 
     if joint.hello is None or not joint.hello.capabilities & Capability.DIAGNOSIS:
         return []
+    notes: list[str] = []
     report = joint.get_exception()
-    if report is None:
-        return []
-    since = f"; {report.starts - 1} more starts since" if report.starts > 1 else ""
-    return [f"{joint.name}: restarted after {report}{since}"]
+    if report is not None:
+        since = f"; {report.starts - 1} more starts since" if report.starts > 1 else ""
+        notes.append(f"{joint.name}: restarted after {report}{since}")
+    # Firmware from before that register has none to report.
+    with suppress(NotSupportedError):
+        if joint.get_warnings() & Warnings.AUTOCALIBRATION:
+            notes.append(
+                f"{joint.name}: its encoder refuses its settings and keeps its autocalibration, so "
+                "the error of its angle changes while the motor turns; cycle its power, and if "
+                "that does not help, replace the board"
+            )
+    return notes
 
 
 def _row(joint: Joint, images: Mapping[int, str]) -> tuple[str, ...]:
