@@ -50,8 +50,8 @@ inline void exchange(bioscara::sim::Tle5012bChip& chip, std::uint16_t command, s
     words[i] = static_cast<std::uint16_t>(lines[i] ^ spoil(static_cast<int>(i) + 1));
 }
 
-// Each bit of each kind of datagram with the driver, told apart by its first byte, one after the other
-// as they come.
+// Each bit of each kind of datagram with the driver, one after the other as they come. The first byte is
+// the kind.
 class Each {
  public:
   // The bit of this datagram to be flipped, of the first `bits`; none before go_on().

@@ -43,7 +43,7 @@ bool alike(const Tle5012bChip& chip, const Tle5012bChip& other, bool refuses) {
     const int value = chip.setting(address), expected = other.setting(address);
     const bool adapted = address >= kOffsetX && address <= kSynchronism;
     if (adapted && std::abs(value - expected) > kAdapted) return false;
-    // CRC_PAR depends on what was adapted.
+    // CRC_PAR depends on the adapted ones.
     const int bits = adapted ? 0 : address == kTcoY && !refuses ? 0xFF00 : 0xFFFF;
     if (((value ^ expected) & bits) != 0) return false;
   }

@@ -95,7 +95,7 @@ struct Worst {
 };
 
 // Compares a damaged course with the undamaged one; false where it breaks the law.
-bool holds(int joint, double limit, const Course& sound, const Course& damaged, Worst& worst) {
+bool holds(int joint, double limit, const Course& sound, const Course& damaged, Worst& worst, double share = 1.0) {
   worst.faults += damaged.fault ? 1 : 0;
   double away = 0.0;
   int fast = 0, longest = 0;
@@ -107,7 +107,7 @@ bool holds(int joint, double limit, const Course& sound, const Course& damaged, 
   worst.fast = std::max(worst.fast, longest);
   if (damaged.fault) return longest <= kFastMost;
   worst.away = std::max(worst.away, away);
-  return longest <= kFastMost && away <= kAwayMost[joint - 1];
+  return longest <= kFastMost && away <= share * kAwayMost[joint - 1];
 }
 
 // A number of the environment, or this one.
@@ -160,6 +160,30 @@ TEST(a_damaged_datagram_at_any_moment_of_a_move_moves_no_joint_off_its_course) {
       }
       std::printf("     j%d: at most %.3f %s away, %d ticks too fast; %d of %u ended with a fault\n", joint,
                   worst.away * 1e3, joint == 2 ? "mm" : "mrad", worst.fast, worst.faults, runs);
+    }
+  }
+}
+
+// The settings of a move are written in its first two ticks. A setpoint of j4 at full acceleration is not caught
+// up with before it brakes: 4 ms are 40 mrad.
+TEST(each_bit_of_an_address_in_the_first_datagrams_of_a_move_may_arrive_flipped) {
+  constexpr long kFirst = 14;
+  for (int joint : {3, 4}) {
+    for (Mode mode : {Mode::POSITION, Mode::TRACK, Mode::VELOCITY}) {
+      const Course sound = move(joint, mode, [](Bench&) {});
+      const double limit = kSettings[joint - 1].speed * (mode == Mode::TRACK ? 1.1 : 1.0) + 0.05;
+      Worst worst;
+      for (long datagram = 0; datagram < kFirst; ++datagram) {
+        for (int bit = 1; bit < 8; ++bit) {
+          const auto spoil = [&](std::uint8_t(&bytes)[5]) { flips::flip(bytes, bit); };
+          const Course damaged =
+              move(joint, mode, [&](Bench& bench) { bench.damage(datagram, true, spoil); });
+          const bool held = holds(joint, limit, sound, damaged, worst, joint == 4 && mode == Mode::TRACK ? 4.0 : 1.0);
+          if (!held) std::printf("     j%d mode %d datagram %ld bit %d\n", joint, static_cast<int>(mode), datagram, bit);
+          CHECK(held);
+        }
+      }
+      std::printf("     j%d: at most %.3f mrad away, %d faults\n", joint, worst.away * 1e3, worst.faults);
     }
   }
 }

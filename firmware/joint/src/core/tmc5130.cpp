@@ -129,6 +129,9 @@ constexpr size_t kAgain[] = {setting_of(VSTART),   kSpeed,
                              kAtReset,             setting_of(TPOWERDOWN),
                              kCurrents};
 constexpr uint16_t kTicksBetween = 16;
+// Those of them that change while a joint works.
+constexpr uint32_t kTwice =
+    1U << kCurrents | 1U << kPwm | 1U << kSpeed | 1U << kAcceleration | 1U << kDeceleration;
 // The ramp's, as they are written after it has left its course; then a pause of so many ticks.
 constexpr size_t kRamp[] = {setting_of(RAMPMODE),  setting_of(VSTART), setting_of(V1),
                             setting_of(TZEROWAIT), kAcceleration,      kDeceleration,
@@ -201,6 +204,7 @@ void Tmc5130::set(size_t setting, uint32_t value) {
   if (value == values_[setting]) return;
   values_[setting] = value;
   write(setting);
+  if (setting <= kDeceleration && (kTwice >> setting & 1U) != 0) changed_ |= 1U << setting;
 }
 
 void Tmc5130::setup() {
@@ -216,6 +220,7 @@ void Tmc5130::begin_setup() {
   exchange(GSTAT | kWrite, 0x07);
   exchange(GSTAT, 0);
   gstat_ = spi_status_ = 0;
+  changed_ = 0;
   for (set_up_ = 0; set_up_ < kFirst; ++set_up_) write(set_up_);
 }
 
@@ -255,7 +260,19 @@ void Tmc5130::poll() {
   take_position(counter, moved, seconds);
   read_at_ = now;
   asking_ = true;
-  if (ready() && turn_ % kTicksBetween == 0) write_again();
+  if (!ready()) return;
+  if (turn_ % kTicksBetween == 0)
+    write_again();
+  else if (changed_ != 0)
+    write_twice();
+}
+
+// A speed that follows a setpoint changes in each tick: it comes after the accelerations.
+void Tmc5130::write_twice() {
+  size_t setting = kDeceleration;
+  while ((changed_ >> setting & 1U) == 0) --setting;
+  changed_ &= ~(1U << setting);
+  write(setting);
 }
 
 void Tmc5130::write_again() {

@@ -4,7 +4,7 @@
 // compared, and a damaged setting is written again. A damaged address is not seen in that value: so
 // the speed of each tick is compared with the one that the settings give, and those of the ramp are
 // written again where it differs; the position has to continue its course; and the settings are
-// read, or where that is not possible written again, in turn. A damaged address may also name a
+// read, or where that is not possible written once more in the next tick, and again in turn. A damaged address may also name a
 // register that needs no other value than that of its reset: these are settings, too.
 #pragma once
 
@@ -32,7 +32,7 @@ class Tmc5130 {
   void open_bridge();
 
   // Begins a tick: reads position and speed and asks for one of the other registers in turn. Three
-  // datagrams, four in every kTicksBetween-th tick.
+  // datagrams, four in every kTicksBetween-th tick and in those after a change.
   void poll();
   // Ends it: with one more where something was written, which returns that value, and writes a damaged
   // setting again.
@@ -67,6 +67,7 @@ class Tmc5130 {
   uint32_t exchange(uint8_t address, uint32_t value);
   void write(size_t setting);
   void write_again();
+  void write_twice();
   void set(size_t setting, uint32_t value);
   void take_position(int32_t counter, float moved, float seconds);
   void take_velocity(int32_t velocity, float seconds);
@@ -108,6 +109,8 @@ class Tmc5130 {
   // Bits of GSTAT to be cleared.
   uint32_t clear_ = 0;
   size_t damaged_ = kNone;
+  // Settings, by their bits, to be written once more: those that changed and cannot be read.
+  uint32_t changed_ = 0;
 
   // The next setting that a set-up has to write, and the values of all.
   size_t set_up_ = kSettings;
