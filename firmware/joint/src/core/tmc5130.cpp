@@ -204,7 +204,7 @@ void Tmc5130::set(size_t setting, uint32_t value) {
   if (value == values_[setting]) return;
   values_[setting] = value;
   write(setting);
-  changed_ |= kTwice >> setting & 1U ? 1U << setting : 0U;
+  if (setting <= kDeceleration && (kTwice >> setting & 1U) != 0) changed_ |= 1U << setting;
 }
 
 void Tmc5130::setup() {
