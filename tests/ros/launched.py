@@ -170,7 +170,9 @@ def launched(
                 # As a terminal: to all programs of the group, and launch signals each, too.
                 os.killpg(process.pid, signal.SIGINT)
             assert process.wait(ENDING) == (ends or 0)
-            assert not re.findall(r"Traceback|escalating|SIGTERM|SIGKILL", made.log)
+            assert not re.findall(
+                r"Traceback|InvalidHandle|RCLError|escalating|SIGTERM|SIGKILL", made.log
+            )
             wait_until(lambda: not _alive(folder), "all programs have ended")
         except BaseException as error:
             error.add_note(f"{made.log}\nstill running: {_alive(folder)}")

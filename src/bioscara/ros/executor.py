@@ -14,6 +14,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, TimeoutException
 from rclpy.subscription import Subscription
 
@@ -42,7 +43,8 @@ class NodeExecutor(Executor):  # type: ignore[misc]
         """
         try:
             handler, entity, _ = self.wait_for_ready_callbacks(timeout_sec=timeout_sec)
-        except TimeoutException:
+        except (TimeoutException, InvalidHandle):
+            # Of an entity that another thread has destroyed; the next call does not have it.
             return
         if isinstance(entity, Subscription):
             self._run(handler)
@@ -50,10 +52,10 @@ class NodeExecutor(Executor):  # type: ignore[misc]
             self._pool.submit(self._run, handler)
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """End; return whether all callbacks ended within the time [s]."""
-        ended = bool(super().shutdown(timeout_sec))
+        """End once all callbacks have ended; return true. It does not spin any more."""
+        # First: at its end each callback wakes the executor, which that of rclpy does not wait for.
         self._pool.shutdown()
-        return ended
+        return bool(super().shutdown(timeout_sec))
 
     def _run(self, handler: Any) -> None:
         handler()

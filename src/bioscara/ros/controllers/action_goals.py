@@ -20,6 +20,29 @@ _CANCEL_WAIT = 1.0
 """Longest time between the end of a cancelled goal and its state in ROS [s]."""
 
 
+class GoalServer(ActionServer):  # type: ignore[misc]
+    """An action server that may be destroyed while an executor collects what it waits for.
+
+    rclpy leaves entities out that were destroyed meanwhile, except servers of actions.
+    """
+
+    _destroyed = False
+
+    def destroy(self) -> None:
+        """Destroy it."""
+        self._destroyed = True
+        super().destroy()
+
+    def add_to_wait_set(self, wait_set: Any) -> None:
+        """Add it, unless it was destroyed."""
+        if not self._destroyed:
+            super().add_to_wait_set(wait_set)
+
+    def is_ready(self, wait_set: Any) -> bool:
+        """Return whether there is something to do; there is nothing once it was destroyed."""
+        return not self._destroyed and bool(super().is_ready(wait_set))
+
+
 class _Sent(NamedTuple):
     number: int
     generation: int
@@ -57,7 +80,7 @@ class ActionGoals:
         self._sent: dict[bytes, _Sent] = {}
         self._cancelled: set[int] = set()
         # Goals must not overtake one another; those that run are not in the group.
-        server = ActionServer(
+        server = GoalServer(
             controller.node,
             kind,
             name,
