@@ -16,8 +16,8 @@ import time
 from typing import Any
 
 import rclpy
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from control_msgs.action import ParallelGripperCommand
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.qos import qos_profile_system_default
 from std_msgs.msg import Float64
 

@@ -68,6 +68,8 @@ def generate_launch_description():
 """Stands for the launch file that starts Gazebo."""
 _SRDFDOM = "class SRDF:\n    pass\n"
 """MoveIt's launch files import it for virtual joints, of which our SRDF has none."""
+_FAILED = re.compile("Traceback|InvalidHandle|RCLError|escalating|SIGTERM|SIGKILL")
+"""Words that the output of a launch that ends in order does not have."""
 ENDING = 15.0
 """Time in which everything has to end after Ctrl-C [s]: launch kills after 10 s."""
 
@@ -140,7 +142,7 @@ def launched(
 ) -> Iterator[Launched]:
     """Run a launch file, and press Ctrl-C at the end of the block.
 
-    It must end at once, without a traceback, and leave neither processes nor files of ours behind.
+    It must end at once, without a traceback, and leave neither processes nor files behind.
 
     Args:
         rig: Where it runs.
@@ -177,11 +179,7 @@ def launched(
         except BaseException as error:
             error.add_note(f"{made.log}\nstill running: {_alive(folder)}")
             raise
-    # Those of launch itself, for parameters that are no file.
-    left = [
-        path for path in (folder / "tmp").iterdir() if not path.name.startswith("launch_params")
-    ]
-    assert left == []
+    assert [*(folder / "tmp").iterdir()] == []
 
 
 def launch_environment(prefix: Path, folder: Path, others: Mapping[str, str]) -> dict[str, str]:

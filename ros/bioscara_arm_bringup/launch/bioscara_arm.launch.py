@@ -32,7 +32,7 @@ ARGUMENTS = {
     "use_mock_hardware": ("false", "Drive the simulated arm instead of that on /dev/i2c-1."),
     "homed": ("false", "Start with homed joints; of the simulated arm only."),
     "namespace": ("", "Namespace of all nodes."),
-    "gui": ("true", "Start RViz."),
+    "gui": ("true", "Start RViz and sliders."),
 }
 """Default and description of each argument."""
 CONTROLLER = DeclareLaunchArgument(
@@ -76,7 +76,7 @@ def generate_launch_description() -> LaunchDescription:
                     "arm": "",
                     "rviz": LaunchConfiguration("gui"),
                     "rviz_config": PathJoinSubstitution([package, "rviz", "display.rviz"]),
-                    "rqt": "true",
+                    "rqt": LaunchConfiguration("gui"),
                 }.items(),
             ),
         ]

@@ -8,8 +8,9 @@ and ``gui`` are arguments of theirs. Like the bringup, it declares none.
 from __future__ import annotations
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import OpaqueFunction
+from launch.actions import IncludeLaunchDescription, OpaqueFunction
 from launch.conditions import IfCondition, UnlessCondition
+from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import (
     Command,
     FindExecutable,
@@ -23,7 +24,15 @@ from launch_ros.substitutions import FindPackageShare
 
 def generate_launch_description() -> LaunchDescription:
     """Return the action that starts everything."""
-    return LaunchDescription([OpaqueFunction(function=show)])
+    files = PathJoinSubstitution(
+        [FindPackageShare("bioscara_arm_description"), "launch", "temporary_files.py"]
+    )
+    return LaunchDescription(
+        [
+            IncludeLaunchDescription(PythonLaunchDescriptionSource(files)),
+            OpaqueFunction(function=show),
+        ]
+    )
 
 
 def show(context: LaunchContext) -> list[Node]:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
 from moveit_configs_utils import MoveItConfigsBuilder
 
 PACKAGE = "bioscara_arm_gripper_128_moveit_config"
@@ -38,6 +40,9 @@ def generate_launch_description() -> LaunchDescription:
     parameters = [config.to_dict()]
     if installed(TASKS):
         parameters.append({"capabilities": "move_group/ExecuteTaskSolutionCapability"})
+    files = PathJoinSubstitution(
+        [FindPackageShare("bioscara_arm_description"), "launch", "temporary_files.py"]
+    )
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -46,6 +51,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "namespace", default_value="", description="Namespace of the node and of the arm's."
             ),
+            IncludeLaunchDescription(PythonLaunchDescriptionSource(files)),
             Node(
                 package="moveit_ros_move_group",
                 executable="move_group",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, GroupAction
-from launch.substitutions import LaunchConfiguration
+from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import PushRosNamespace
+from launch_ros.substitutions import FindPackageShare
 from moveit_configs_utils import MoveItConfigsBuilder
 from moveit_configs_utils.launches import generate_moveit_rviz_launch
 
@@ -23,11 +25,15 @@ def generate_launch_description() -> LaunchDescription:
     )
     program = generate_moveit_rviz_launch(config)
     namespace = PushRosNamespace(LaunchConfiguration("namespace"))
+    files = PathJoinSubstitution(
+        [FindPackageShare("bioscara_arm_description"), "launch", "temporary_files.py"]
+    )
     return LaunchDescription(
         [
             DeclareLaunchArgument(
                 "namespace", default_value="", description="Namespace of move_group."
             ),
+            IncludeLaunchDescription(PythonLaunchDescriptionSource(files)),
             GroupAction([namespace, *program.entities]),
         ]
     )

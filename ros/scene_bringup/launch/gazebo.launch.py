@@ -47,6 +47,7 @@ def generate_launch_description() -> LaunchDescription:
                 DeclareLaunchArgument(name, default_value=value, description=text)
                 for name, (value, text) in ARGUMENTS.items()
             ),
+            _include("bioscara_arm_description", "temporary_files.py"),
             *(AppendEnvironmentVariable("GZ_SIM_RESOURCE_PATH", each) for each in folders),
             OpaqueFunction(function=bring_up),
         ]
@@ -75,7 +76,7 @@ def bring_up(context: LaunchContext) -> list[Any]:
         for joint in movable_joints(urdf)
     ]
     return [
-        _include("ros_gz_sim", "gz_sim", gz_args=f"-r {options}", on_exit_shutdown="true"),
+        _include("ros_gz_sim", "gz_sim.launch.py", gz_args=f"-r {options}", on_exit_shutdown="true"),
         Node(
             package="ros_gz_sim",
             executable="create",
@@ -94,7 +95,7 @@ def bring_up(context: LaunchContext) -> list[Any]:
         ),
         # At the end: its values of the arguments hold for all later actions.
         _include(
-            "scene_bringup", "simulated_arm",
+            "scene_bringup", "simulated_arm.launch.py",
             gui="false", homed=value("homed"), table=value("table"), namespace=namespace,
         ),
     ]  # fmt: skip
@@ -111,5 +112,5 @@ def _file(package: str, *parts: str) -> str:
 
 
 def _include(package: str, name: str, **arguments: str) -> IncludeLaunchDescription:
-    source = PythonLaunchDescriptionSource(_file(package, "launch", f"{name}.launch.py"))
+    source = PythonLaunchDescriptionSource(_file(package, "launch", name))
     return IncludeLaunchDescription(source, launch_arguments=arguments.items())
