@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 from bioscara.api.runtime import VARIABLE, owners
+from bioscara.errors import LeaseError
 from bioscara.model.urdf import URDF
 from bioscara.remote.lease_keeper import TIME_TO_LIVE
 from bioscara.remote.remote_robot import RemoteRobot
@@ -141,7 +142,10 @@ def test_the_node_waits_for_an_owner_and_finds_the_next_one(empty: Rig) -> None:
         ]
         with site.owner(*HALF):
             wait_until(lambda: len(ros.components()) == 2, "the components of the next owner")
-            assert ros.components()["bioscara_arm"] == "inactive"
+            assert ros.components() == {
+                "bioscara_arm": "inactive",
+                "bioscara_gripper_128": "unconfigured",
+            }
             assert ros.states() == {}
             energise(ros)
             ros.spawn(VELOCITY)
@@ -167,7 +171,8 @@ def test_the_lease_is_taken_for_commands_only_and_a_refusal_is_answered(
         assert ros.states() == {BROADCASTER: "active"}
         other.release_lease()
         ros.spawn(VELOCITY)
-        assert not lease_is_free(other)
+        with pytest.raises(LeaseError, match=rf"^{MANAGER}\[\d+\] commands the arm"):
+            other.acquire_lease()
         assert ros.switch((), [VELOCITY])["ok"]
         wait_until(lambda: lease_is_free(other), "a lease that was given back")
 

@@ -94,6 +94,7 @@ class RemoteRobot(ArmMethods):
         owner: Name of the arm's owner, or the way to it.
         lost: Called in the connection's thread when the owner has ended or was restarted.
         timeout: Longest time for which :meth:`open` waits until the owner runs [s].
+        client: Name of this client, for messages to people; None for its program and process.
 
     Attributes:
         controllers: Controllers that clients load into the owner.
@@ -107,10 +108,11 @@ class RemoteRobot(ArmMethods):
         *,
         lost: Callable[[OwnerLostError], object] | None = None,
         timeout: float = 0.0,
+        client: str | None = None,
     ) -> None:
         self._lost = lost
         self._timeout = _timeout(timeout)
-        self._link = OwnerLink(owner, self._receive, self._owner_lost)
+        self._link = OwnerLink(owner, self._receive, self._owner_lost, client=client)
         self._name = self._link.name
         self._lease = LeaseKeeper(self._link)
         self._operations: dict[int, RemoteOperation[Any]] = {}

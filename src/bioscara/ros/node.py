@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -93,7 +94,8 @@ class ControllerManagerNode:
         self._executor = NodeExecutor(_THREADS, self._context, self._callback_failed)
         self._executor.add_node(self.node)
         self._time = ArmTime(self._simulated_time)
-        self._owner = OwnerConnection(arm, self._take, self._listed, self._changed)
+        client = f"{self.node.get_fully_qualified_name()}[{os.getpid()}]"
+        self._owner = OwnerConnection(arm, client, self._take, self._listed, self._changed)
         self._bridge: Bridge | None = None
         self._frames: RobotFrames | None = None
         self._world = WorldFrames(self.node, self._time)

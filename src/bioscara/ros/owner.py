@@ -26,6 +26,7 @@ class OwnerConnection:
 
     Args:
         name: Name of the owner.
+        client: Name of this node, for messages to people.
         receive: Called with the latest sample, in a thread of its own.
         listed: Called there after each change of controllers or components.
         changed: Called with the reason when the owner was lost, with None when it was found.
@@ -38,11 +39,13 @@ class OwnerConnection:
     def __init__(
         self,
         name: str,
+        client: str,
         receive: Callable[[m.ControllersSample], object],
         listed: Callable[[], object],
         changed: Callable[[str | None], object],
     ) -> None:
         self.name, self.own = name, set[str]()
+        self._client = client
         self._receive, self._listed, self._changed = receive, listed, changed
         self._pid: int | None = None
         self._robot: RemoteRobot | None = None
@@ -174,7 +177,8 @@ class OwnerConnection:
                 self._waiting.wait_for(lambda: self._closed or self._lost is not None, _RETRY)
 
     def _find(self) -> None:
-        robot = RemoteRobot(OwnerSocket(self.name, self._pid), lost=self._note_loss)
+        owner = OwnerSocket(self.name, self._pid)
+        robot = RemoteRobot(owner, lost=self._note_loss, client=self._client)
         try:
             robot.open()
             robot.controllers.subscribe(self._take)
