@@ -128,9 +128,14 @@ def test_the_node_waits_for_an_owner_and_finds_the_next_one(empty: Rig) -> None:
             ros.spawn(VELOCITY)
             number = follow(ros, VELOCITY, goal(near(0.2, at=30.0)))
             assert number is not None
+            active = ros.states()
             first.kill()
-            aborted_in_time(ros, number, "owner")
-        wait_until(lambda: ros.states() == {}, "no controllers")
+            seen = [ros.states()]
+            while seen[-1]:
+                seen.append(ros.states())
+            # Never unknown, as those of a silent owner are.
+            assert all(each in ({}, active) for each in seen)
+            aborted_in_time(ros, number, "the owner of arm left has ended")
         assert not ros.manager("load_controller", name=VELOCITY)["ok"]
         answer = ros.switch([VELOCITY])
         assert not answer["ok"]
@@ -340,8 +345,9 @@ def test_the_owner_of_a_node_is_used_by_no_other_and_its_end_aborts_goals(empty:
         assert ros.switch([VELOCITY])["ok"]
         number = follow(ros, VELOCITY, SLOWLY)
         os.kill(pid, signal.SIGKILL)
-        aborted_in_time(ros, number, "the owner of the arm has ended with status -9")
+        aborted_in_time(ros, number, "has ended")
         assert node.wait(LIMIT) == 1
+    site.logged("the owner of the arm has ended with status -9", before)
 
 
 def test_an_owner_that_cannot_begin_ends_the_node(empty: Rig) -> None:

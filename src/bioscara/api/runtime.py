@@ -188,6 +188,15 @@ def find(name: str) -> OwnerEntry:
     raise OwnerLostError(f"no owner of arm {name} runs; {hint}{unlisted()}")
 
 
+def has_ended(owner: OwnerEntry) -> bool:
+    """Return whether an owner that was found has ended, and there is no other one of its name.
+
+    Where its files were removed this is unknown, and the answer is false.
+    """
+    lock = owner.socket.with_suffix(".lock")
+    return lock.exists() and locked_content(lock) is None
+
+
 class OwnerClaim:
     """The right to be the owner of an arm, until :meth:`close`.
 

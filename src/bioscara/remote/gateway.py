@@ -114,6 +114,10 @@ class GatewayAddress:
             raise
         return made
 
+    def ended(self) -> bool:
+        """Return false: a gateway that is not reached says nothing about its owner."""
+        return False
+
     def _connected(self, patience: float) -> socket.socket:
         """Return a connection to the first address of the host that answers."""
         try:

@@ -481,6 +481,11 @@ class OwnerLink:
                 waiting = self._connect()
                 break
             except OwnerError as error:
+                if self._transport.ended():
+                    raise OwnerLostError(
+                        f"the owner of arm {self.name} has ended: the arm has stopped, and what "
+                        "it did is over"
+                    ) from error
                 final = self._closed or time.monotonic() >= end
                 if final or isinstance(error, AccessError):
                     raise
@@ -557,12 +562,13 @@ class OwnerLink:
             with self._lock:
                 self._failure = error
                 missed = list(self._pending.values())
-            for pending in missed:
-                pending.settle(OwnerLostError(str(error)))
+            # First: a caller whose request fails finds the loss noted.
             try:
                 self._lost(error)
             except Exception as failed:  # noqa: BLE001  of a callback
                 _log.error("a callback of arm %s has failed", self.name, exc_info=failed)
+            for pending in missed:
+                pending.settle(OwnerLostError(str(error)))
 
     def _drop(self) -> None:
         connection, self._connection = self._connection, None

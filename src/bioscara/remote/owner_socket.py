@@ -8,7 +8,7 @@ import struct
 
 from bioscara.api import framing, messages as m
 from bioscara.api.direct_stop import stop_directly
-from bioscara.api.runtime import find, require_name, require_trusted
+from bioscara.api.runtime import OwnerEntry, find, has_ended, require_name, require_trusted
 from bioscara.errors import OwnerLostError
 
 _CHUNK = 1 << 16
@@ -29,6 +29,7 @@ class OwnerSocket:
 
     def __init__(self, name: str, pid: int | None = None) -> None:
         self.name, self._pid = require_name(name), pid
+        self._owner: OwnerEntry | None = None
 
     def encoded(self, message: object) -> bytes:
         """Return a message as msgpack."""
@@ -40,7 +41,8 @@ class OwnerSocket:
 
     def connect(self, patience: float) -> _SocketConnection:
         """Connect; arguments and errors as of a ``Transport``."""
-        path = find(self.name).socket
+        self._owner = find(self.name)
+        path = self._owner.socket
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
         try:
             connection.settimeout(patience)
@@ -53,6 +55,10 @@ class OwnerSocket:
             connection.close()
             raise
         return _SocketConnection(connection, self.name)
+
+    def ended(self) -> bool:
+        """Return whether the owner has ended: no process has its lock any more."""
+        return self._owner is not None and has_ended(self._owner)
 
     def _require_process(self, pid: int) -> None:
         """Raise OwnerLostError if the owner is another process than it has to be."""

@@ -88,7 +88,7 @@ class RemoteRobot(ArmMethods):
     the arm or has stopped it.
 
     Callbacks are called in the thread that waits for the motion, or in one of their own. While a
-    connection is broken, calls wait for it up to 5 s.
+    connection is broken, calls wait for it up to 5 s, unless the owner has ended.
 
     Args:
         owner: Name of the arm's owner, or the way to it.

@@ -64,6 +64,9 @@ class Transport(Protocol):
     def encoded(self, message: object) -> bytes:
         """Return a message as bytes."""
 
+    def ended(self) -> bool:
+        """Return whether the owner has certainly ended, so that connecting again is of no use."""
+
     def connect(self, patience: float) -> TransportConnection:
         """Connect.
 

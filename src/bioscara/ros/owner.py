@@ -85,7 +85,7 @@ class OwnerConnection:
     @property
     def connected(self) -> bool:
         """Whether there is an owner."""
-        return self._robot is not None
+        return self._robot is not None and self._lost is None
 
     @property
     def reason(self) -> str:
@@ -168,9 +168,9 @@ class OwnerConnection:
 
     def _connect(self) -> None:
         while not self._closed:
-            lost, self._lost = self._lost, None
-            if lost is not None:
-                self._leave(str(lost))
+            if self._lost is not None:
+                self._leave(str(self._lost))
+                self._lost = None
             if self._robot is None:
                 self._find()
             with self._waiting:

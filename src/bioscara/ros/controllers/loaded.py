@@ -161,11 +161,14 @@ class LoadedControllers:
         return msgspec.structs.replace(listing, controllers=(*own, *waiting))
 
     def unanswered(self) -> m.ControllerList:
-        """Return a list for when the owner does not answer: the states are unknown."""
+        """Return a list for when the owner does not answer: the states are unknown.
+
+        The controllers of an owner that was lost have ended with it.
+        """
         values = (
             m.ControllerValue(name, node.kind, "unknown", 0.0, (), (), ())
             for name, node in tuple(self._nodes.items())
-            if node.sent is not None
+            if node.sent is not None and self._bridge.owner.connected
         )
         return m.ControllerList(tuple(values), (), ())
 
