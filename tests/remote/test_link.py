@@ -238,7 +238,7 @@ def test_an_owner_that_has_ended_is_not_looked_for() -> None:
         link = OwnerLink(NAME, lambda _: None, lost.append)
         link.open()
         served.close()
-        wait_until(lambda: lost, "the loss")
+        wait_until(lambda: bool(lost), "the loss")
         link.close()
     # One that runs, but answers nobody, is tried for a time, and then for this reason.
     assert str(lost[0]).startswith("the owner of arm left has ended: ")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +14,28 @@ from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.ros.arm.description import RobotDescription
-from bioscara.ros.controllers.parameter_names import known
+from bioscara.ros.controllers.parameter_names import described, known
 from bioscara.ros.controllers.parameter_sections import sections
 from bioscara.ros.controllers.parameters import for_owner, nested, without_effect
+from entries import entry
+from ros.controllers.upstream_parameters import (
+    BROADCASTER,
+    FORWARD,
+    GRIPPER,
+    HOMING,
+    IDLE,
+    NEEDED,
+    OURS,
+    TAKEN,
+    TRAJECTORY,
+    UPSTREAM,
+)
 from ros.descriptions import LEFT, renamed
 from ros.share import PACKAGES, parameters_of
 
 ARM = load_parameters()
 DESCRIPTION = RobotDescription(URDF.read_text())
-TRAJECTORY = "joint_trajectory_controller/JointTrajectoryController"
-HOMING = "single_trigger_controller/SingleTriggerController"
-GRIPPER = "parallel_gripper_action_controller/GripperActionController"
-BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
-FORWARD = "forward_command_controller/ForwardCommandController"
+DOCUMENT = Path(__file__).parents[3] / "docs/ros2.md"
 FILES = [*PACKAGES.glob("*/config/*controller*.yaml")]
 
 
@@ -58,9 +68,7 @@ def test_a_name_that_is_a_value_and_a_group_is_refused(flat: dict[str, int]) -> 
 )
 def test_rule_40_the_files_of_the_bringup_are_understood(name: str, kind: str) -> None:
     flat = parameters_of(name, *FILES)
-    values = for_owner(kind, {**flat, "use_sim_time": False}, DESCRIPTION)
-    controller = TYPES[kind](name, TYPES[kind].PARAMETERS.read(name, values))
-    controller.on_configure()
+    configured(kind, {**flat, "use_sim_time": False})
 
 
 def test_rule_58_and_69_parameters_of_the_manager_that_cannot_apply_are_reported() -> None:
@@ -213,3 +221,38 @@ def test_the_parameters_of_the_arguments_belong_to_nodes_or_to_a_wildcard(tmp_pa
 def test_the_interfaces_of_another_type_are_no_joints_to_home() -> None:
     with pytest.raises(ConfigurationError, match="command_interfaces is"):
         homing(command_interfaces=["velocity"])
+
+
+@pytest.mark.parametrize("kind", UPSTREAM)
+def test_each_parameter_of_upstream_has_an_effect_or_is_refused_or_documented(kind: str) -> None:
+    text = DOCUMENT.read_text()
+    for each in UPSTREAM[kind]:
+        assert each.default is None or type(each.default) is type(each.other), each.name
+        documented = f"`{each.name.replace('.j1.', '.JOINT.')}`" in text
+        for value, expected in ((each.default, each.with_default), (each.other, each.with_other)):
+            with entry(f"{each.name} {value}"):
+                flat = {**NEEDED[kind], each.name: value}
+                if expected in (TAKEN, IDLE):
+                    configured(kind, flat)
+                    assert known(kind, each.name)
+                    assert expected == TAKEN or documented
+                else:
+                    with pytest.raises(ConfigurationError, match=expected):
+                        configured(kind, flat)
+
+
+@pytest.mark.parametrize("kind", UPSTREAM)
+def test_there_are_no_others_and_their_defaults_are_those_of_upstream(kind: str) -> None:
+    upstream = {each.name: each.default for each in UPSTREAM[kind] if each.only != "jazzy"}
+    ours = {each.name: each.default for each in described(TYPES[kind].PARAMETERS, ["j1"])}
+    assert ours.keys() - upstream.keys() == OURS[kind] | {"update_rate", "fallback_controllers"}
+    for name in ours.keys() & upstream.keys() - NEEDED[kind].keys() - {"joints"}:
+        with entry(name):
+            given = ours[name]
+            assert (list(given) if isinstance(given, tuple) else given) == upstream[name]
+
+
+def configured(kind: str, flat: Mapping[str, Any]) -> None:
+    """Configure a controller with the parameters of its node."""
+    parameters = TYPES[kind].PARAMETERS.read("a", for_owner(kind, flat, DESCRIPTION))
+    TYPES[kind]("a", parameters).on_configure()

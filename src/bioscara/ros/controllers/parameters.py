@@ -7,11 +7,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from bioscara.arguments import shown
+from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.homing_controller import HomingController
 from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager.diagnostics import default_thresholds
 from bioscara.errors import ConfigurationError
+from bioscara.hardware import HOME, POSITION, VELOCITY
 from bioscara.model.parameters import JOINTS
 from bioscara.ros.arm.control_tags import GRIPPER_JOINT
 from bioscara.ros.arm.description import RobotDescription
@@ -44,7 +46,8 @@ _OF_BROADCASTER = frozenset(
     }
 )
 """Parameters of the broadcaster that concern its messages only."""
-
+_PUBLISHED = (POSITION, VELOCITY, "effort", HOME)
+"""Interfaces in its messages; no joint has an effort, which is NaN."""
 
 _FIXED: dict[str, tuple[Any, str]] = {
     "enforce_command_limits": (True, "limits always apply"),
@@ -158,6 +161,30 @@ def _trajectory(values: dict[str, Any]) -> dict[str, Any]:
         )
     # Not used by ros2_controllers any more; older files have it.
     values.pop("state_publish_rate", None)
+    if values.pop("open_loop_control", False):
+        raise ConfigurationError(
+            "open_loop_control: leave it out; interpolate_from_desired_state replaces it"
+        )
+    gains = values.get("gains")
+    for joint, group in gains.items() if isinstance(gains, dict) else ():
+        if isinstance(group, dict) and "i_clamp" in group:
+            raise ConfigurationError(
+                f"gains.{joint}.i_clamp: leave it out; i_clamp_max and i_clamp_min replace it"
+            )
+    return values
+
+
+def _gripper(values: dict[str, Any]) -> dict[str, Any]:
+    measured = values.pop("state_interfaces", [POSITION, VELOCITY])
+    if not isinstance(measured, list) or sorted(map(str, measured)) != [POSITION, VELOCITY]:
+        raise ConfigurationError(
+            f"state_interfaces {shown(measured)}: position and velocity are measured; leave it out"
+        )
+    for name in ("max_effort_interface", "max_velocity_interface"):
+        if values.get(name):
+            raise ConfigurationError(
+                f"{name} {shown(values[name])}: the gripper takes positions alone; leave it out"
+            )
     return values
 
 
@@ -166,6 +193,11 @@ def _homing(values: dict[str, Any]) -> dict[str, Any]:
         raise ConfigurationError(
             f"max_travel {values['max_travel']} is of joints in no known order; give joints, too"
         )
+    if gpios := values.pop("gpios", None):
+        raise ConfigurationError(f"gpios {shown(gpios)}: the arm has no GPIOs; leave it out")
+    if values.get("joints") == []:
+        # The default there; those of the interfaces count.
+        del values["joints"]
     for which in ("command_interfaces", "state_interfaces"):
         section = values.get(which)
         if isinstance(section, dict) and isinstance(section.get("joints"), dict):
@@ -180,6 +212,12 @@ def _broadcaster(values: dict[str, Any]) -> dict[str, Any]:
         raise ConfigurationError(
             f"map_interface_to_joint_state {renamed}: interfaces keep their names; leave it out"
         )
+    kinds = values.get("interfaces") or ()
+    for kind in kinds if isinstance(kinds, list | tuple) else (kinds,):
+        if kind not in _PUBLISHED:
+            raise ConfigurationError(
+                f"interfaces: {shown(kind)} is none of {', '.join(_PUBLISHED)}; name some of these"
+            )
     kept = {name: value for name, value in values.items() if name not in _OF_BROADCASTER}
     given, known = kept.pop("joints", None) or JOINTS, (*JOINTS, GRIPPER_JOINT)
     for joint in given:
@@ -193,13 +231,17 @@ def _broadcaster(values: dict[str, Any]) -> dict[str, Any]:
 
 _ARRANGED: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     JointTrajectoryController.TYPE: _trajectory,
+    GripperActionController.TYPE: _gripper,
     HomingController.TYPE: _homing,
     JointStateBroadcaster.TYPE: _broadcaster,
 }
 """How the parameters of each type are arranged; others are passed on."""
 ALSO_KNOWN: dict[str, frozenset[str]] = {
-    HomingController.TYPE: frozenset({"command_interfaces", "state_interfaces"}),
+    GripperActionController.TYPE: frozenset({"state_interfaces"}),
+    HomingController.TYPE: frozenset({"command_interfaces", "gpios", "state_interfaces"}),
     JointStateBroadcaster.TYPE: _OF_BROADCASTER,
-    JointTrajectoryController.TYPE: frozenset({"command_joints", "state_publish_rate"}),
+    JointTrajectoryController.TYPE: frozenset(
+        {"command_joints", "open_loop_control", "state_publish_rate"}
+    ),
 }
 """Names of parameters that only files of ROS have, by the type of the controller."""
