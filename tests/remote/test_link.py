@@ -240,7 +240,7 @@ def test_an_owner_that_has_ended_is_not_looked_for() -> None:
         served.close()
         wait_until(lambda: bool(lost), "the loss")
         link.close()
-    # One that runs, but answers nobody, is tried for a time, and then for this reason.
+    # An owner that runs and does not answer is tried for longer.
     assert str(lost[0]).startswith("the owner of arm left has ended: ")
 
 

@@ -2,7 +2,7 @@
 
     executor_program.py publish COUNT      publishes 0 to COUNT - 1, once there is a subscriber
     executor_program.py receive COUNT      prints the received messages, as JSON
-    executor_program.py destroy COUNT      destroys COUNT nodes beside the executor, prints failures
+    executor_program.py destroy COUNT      destroys COUNT nodes, and prints failures, as JSON
 
 The callback of the receiver fails at the number 3.
 """

@@ -23,7 +23,7 @@ TAKEN, IDLE = "", "without effect"
 
 
 class Parameter(NamedTuple):
-    """A parameter upstream, and what becomes of two values of it.
+    """A parameter upstream, and the result of two values of it.
 
     Attributes:
         name: Its name; that of a joint is j1, and of a GPIO g1.
@@ -152,7 +152,7 @@ NEEDED: dict[str, dict[str, Value]] = {
     GRIPPER: {"joint": "gripper"},
     HOMING: {"command_interfaces.joints.j1.interfaces": ["home"]},
 }
-"""What a controller of each type needs besides."""
+"""The parameters that a controller of each type needs."""
 OURS: dict[str, set[str]] = {
     TRAJECTORY: {"constraints.stopped_time", "constraints.least_time_on_cancel"},
     BROADCASTER: set(),
@@ -160,4 +160,4 @@ OURS: dict[str, set[str]] = {
     GRIPPER: {"velocity_limit", "limits"},
     HOMING: {"timeout", "max_travel"},
 }
-"""Parameters that upstream does not have, besides those of all controllers."""
+"""Parameters that upstream does not have; all controllers have two more."""
