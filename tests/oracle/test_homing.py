@@ -166,7 +166,10 @@ def test_an_elbow_that_is_homed_alone_finds_the_wrist_at_its_end_stop(homed: Sta
     robot.home(on_cycle=homed.look)
     rows = homed.seen()
     assert too_near(rows) == []
-    assert rows[-1, 2:4] == pytest.approx(ENDS[2:], abs=5e-3)
+    assert rows[-1, 2] == pytest.approx(ENDS[2], abs=5e-3)
+    # A rotor that slips at the second touch rests a period of its field farther inside: 10.5 mrad.
+    assert rows[-1, 3] == pytest.approx(ENDS[3], abs=1.5e-2)
+    assert robot.state.positions[3] == pytest.approx(rows[-1, 3], abs=2e-3)
     assert "j4 is homed again, before j3" in robot.warnings[-1]
     # The path of the elbow alone.
     alone = np.linspace((*OPEN, 0.08), (*OPEN[:2], ENDS[2], OPEN[3], 0.08), 400)
