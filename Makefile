@@ -3,8 +3,8 @@
 #   make demo            home the simulated arm and let it carry a plate from one nest to another
 #   make test            the tests in at most 5 minutes of two cores; of those with ROS 2 and of the page in
 #                        a browser a few, where these are installed
-#   make test-all        all tests: these, those that take long, all with ROS 2, which it installs, all of the page in a browser,
-#                        firmware-check, release-check and arm-check
+#   make test-all        all tests: these, those that take long, all with ROS 2, which it installs, once more with Python 3.12,
+#                        all of the page in a browser, firmware-check, release-check and arm-check
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make format          the form that lint checks, of Python and of the page's JavaScript
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
@@ -42,7 +42,7 @@ unexport PYTHONDONTWRITEBYTECODE
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test test-all page-tests check lint format types layers fresh firmware firmware-check dist release-check arm-check bench docs laws soak page-soak mutants ros2 generate lock clean
+.PHONY: demo test test-all ros-tests-312 page-tests check lint format types layers fresh firmware firmware-check dist release-check arm-check bench docs laws soak page-soak mutants ros2 generate lock clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -118,10 +118,19 @@ test-all: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
 	$(MAKE) --no-print-directory test || status=1; \
 	$(PYTEST) -m 'thorough and not realtime' tests || status=1; \
 	$(PYTEST) -m '(ros or browser) and not path' tests || status=1; \
+	$(if $(filter 1,$(WITH_ROS2)),$(MAKE) --no-print-directory ros-tests-312 || status=1;) \
 	$(MAKE) --no-print-directory firmware-check || status=1; \
 	$(MAKE) --no-print-directory release-check || status=1; \
 	$(MAKE) --no-print-directory arm-check || status=1; \
 	cat $$BIOSCARA_FAILED; exit $$status
+
+# Python 3.12 is that of the system with ROS 2 jazzy and kilted. Its environment is apart from that of $(PYTHON).
+ros-tests-312: $(VENV)/.dev
+	@python=$$($(BIN)/python -c 'from tools.release_check import python_of; print(python_of("3.12") or "")') || exit 1; \
+	if [ -n "$$python" ]; then \
+	  $(MAKE) --no-print-directory PYTHON="$$python" ROS2=$(ROS2)-3.12 $(ROS2)-3.12/.launch && \
+	  BIOSCARA_ROS2=$(ROS2)-3.12 $(PYTEST) -m ros tests/ros; \
+	else echo "not run, as this computer does not have it: the tests with ROS 2 and Python 3.12: apt install python3.12-venv"; fi
 
 # Of the functions of the page that compute and touch nothing else.
 page-tests:
@@ -277,6 +286,6 @@ mutants: $(VENV)/.dev
 # All that .gitignore has, except what an arm has written: runs and faults.
 BUILT := __pycache__ *.egg-info node_modules .cache .*_cache .hypothesis build dist
 clean:
-	@rm -rf '$(VENV)' '$(ROS2)' site
+	@rm -rf '$(VENV)' '$(ROS2)' '$(ROS2)-3.12' site
 	@find . \( -name .git -o -name '.venv*' \) -prune -o \( -path ./runs -o -path ./faults \) -prune -o -type f -name '*.so' -exec rm {} + \
 	    -o -type d \( $(patsubst %,-name '%' -o,$(BUILT)) -false \) -prune -exec rm -rf {} +

@@ -1,5 +1,6 @@
 """The environment with ROS 2 from PyPI and our interface packages, which ``make ros2`` makes.
 
+It is that of another Python where the variable ``BIOSCARA_ROS2`` names its folder.
 Where that has no ``ros2 launch``, an installed ROS whose setup.bash was sourced is used instead.
 """
 
@@ -14,7 +15,7 @@ from typing import NoReturn
 import pytest
 
 ROOT = Path(__file__).parents[1]
-VENV = ROOT / ".venv-ros2"
+VENV = ROOT / os.environ.get("BIOSCARA_ROS2", ".venv-ros2")
 # Read now: tests set the variable, too.
 _SOURCED = "AMENT_PREFIX_PATH" in os.environ and not (VENV / "bin/ros2").exists()
 
@@ -40,9 +41,8 @@ def ros_environment(**more: str) -> dict[str, str]:
 
 def ros_python() -> Path:
     """Return the Python of that environment, or skip the test."""
-    named = os.environ.get("BIOSCARA_ROS2_PYTHON")
     installed = shutil.which("python3") if _SOURCED else None
-    python = Path(named or installed or VENV / "bin" / "python")
+    python = Path(installed or VENV / "bin" / "python")
     if not python.exists():
         absent("the tests with ROS 2: `make ros2` makes their environment, on x86-64")
     return python

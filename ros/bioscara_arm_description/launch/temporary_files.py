@@ -1,7 +1,7 @@
 """Remove the temporary files of launch when it ends.
 
-For parameters of a program that are no file, launch writes one and leaves it. A launch file includes
-this one before such programs; it does so for all programs that are started after it.
+For parameters of a program that are no file, launch writes one, and does not remove it. A launch
+file includes this one before its programs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def note(started: ProcessStarted, _: LaunchContext) -> None:
-    """Remove the files of a program later: one that is started anew reads them again."""
+    """Remove the files of a program at the end: one that is started anew reads them again."""
     for option, value in pairwise(started.cmd):
         path = Path(value)
         if option == "--params-file" and path.name.startswith(PREFIX):

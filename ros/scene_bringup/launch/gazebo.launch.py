@@ -76,7 +76,10 @@ def bring_up(context: LaunchContext) -> list[Any]:
         for joint in movable_joints(urdf)
     ]
     return [
-        _include("ros_gz_sim", "gz_sim.launch.py", gz_args=f"-r {options}", on_exit_shutdown="true"),
+        _include(
+            "ros_gz_sim", "gz_sim.launch.py",
+            gz_args=f"-r {options}", on_exit_shutdown="true",
+        ),
         Node(
             package="ros_gz_sim",
             executable="create",
