@@ -108,7 +108,7 @@ def test_a_trajectory_of_one_joint_is_reported_as_it_is_carried_out(
     assert carried_out.duration == pytest.approx(2.0, abs=1e-3)
     for row in rows:
         expected = carried_out.sample(float(row["trajectory_time"])).positions[0]
-        # At 0.12 rad/s the reference of the cycle before, by which it is measured, is 1.2 mrad behind.
+        # At 0.12 rad/s the reference of the cycle before, which is compared, is 1.2 mrad behind.
         assert float(row["j1_reference"]) == pytest.approx(expected, abs=1.3e-3)
 
 
