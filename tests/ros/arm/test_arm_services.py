@@ -112,7 +112,8 @@ def test_stop_ends_the_motion_of_controllers(ros: Ros) -> None:
     number = follow(ros, VELOCITY, goal(near(0.3, at=10.0)))
     assert ask(ros, "stop")["success"]
     assert ended(ros, number)["status"] == ABORTED
-    assert ros.states() == {VELOCITY: "inactive"}
+    # Once the arm has come to rest.
+    wait_until(lambda: ros.states() == {VELOCITY: "inactive"}, "no active controller")
     assert ros.switch([VELOCITY])["ok"]
     go_home(ros)
 
