@@ -82,7 +82,7 @@ def test_a_fault_in_a_goal_aborts_it_with_the_reason(ros: Ros, ros_rig: Rig) -> 
     end = ended(ros, follow(ros, VELOCITY, goal(near(0.4, at=4.0))))
     assert end["status"] == ABORTED
     assert "j1" in end["result"]["error_string"]
-    assert ros.states() == {VELOCITY: "inactive"}
+    wait_until(lambda: ros.states() == {VELOCITY: "inactive"}, "no active controller")
     assert any("j1" in each for each in faults(ros))
     ros_rig.logged("j1")
     wait_until(lambda: worst_level(ros) == 2, "an error among the diagnostics")
