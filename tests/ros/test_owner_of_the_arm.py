@@ -225,7 +225,7 @@ def test_a_stop_of_another_client_leaves_controllers_inactive_until_the_next_swi
         end = ended(ros, number)
         assert end["status"] == ABORTED
         assert end["result"]["error_string"]
-        assert ros.states() == {VELOCITY: "inactive"}
+        wait_until(lambda: ros.states() == {VELOCITY: "inactive"}, "no active controller")
         assert follow(ros, VELOCITY, goal(near(0.0, at=1.0))) is None
         wait_until(lambda: not other.is_moving, "an arm at rest")
         assert ros.switch([VELOCITY])["ok"]
