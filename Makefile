@@ -124,13 +124,13 @@ test-all: $(VENV)/.dev $(if $(filter 1,$(WITH_ROS2)),$(ROS2)/.launch)
 	$(MAKE) --no-print-directory arm-check || status=1; \
 	cat $$BIOSCARA_FAILED; exit $$status
 
-# Python 3.12 is that of the system with ROS 2 jazzy and kilted. Its environment is apart from that of $(PYTHON). CI
-# runs those of the controllers, which take a third of the time.
+# Python 3.12 is that of the system with ROS 2 jazzy and kilted. Its environment is apart from that of $(PYTHON).
+ROS_TESTS_312 ?= tests/ros
 ros-tests-312: $(VENV)/.dev
 	@python=$$($(BIN)/python -c 'from tools.release_check import python_of; print(python_of("3.12") or "")') || exit 1; \
 	if [ -n "$$python" ]; then \
 	  $(MAKE) --no-print-directory PYTHON="$$python" ROS2=$(ROS2)-3.12 $(ROS2)-3.12/.launch && \
-	  BIOSCARA_ROS2=$(ROS2)-3.12 $(PYTEST) -m ros tests/ros$(if $(CI),/controllers); \
+	  BIOSCARA_ROS2=$(ROS2)-3.12 $(PYTEST) -m ros $(ROS_TESTS_312); \
 	else echo "not run, as this computer does not have it: the tests with ROS 2 and Python 3.12: apt install python3.12-venv"; fi
 
 # Of the functions of the page that compute and touch nothing else.
