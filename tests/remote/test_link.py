@@ -297,6 +297,8 @@ def test_a_program_that_the_owner_has_forgotten_repeats_nothing(
 ) -> None:
     robot: Any = Robot.connect(f"arm:{NAME}")
     with robot:
+        # The next message to the program is the answer, and no sample.
+        robot._link.subscribe(states=False)
         robot.speed_override = 1.0
         goals = served.owner.goals.last
         failed: list[BaseException] = []
